@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// First states: from rest (gravity alignment, gyroscope bias), and from motion once relative poses exist.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mlvi/base/error.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+#include "mlvi/state/nav_state.h"
+
+namespace mlvi {
+
+struct Initialization {
+  // States in the gravity-aligned world whose origin is the first body position and whose yaw is the first body's.
+  std::vector<NavState> states;
+  Matrix15d covariance;    // of the last state
+  std::string method;      // "static" or "moving", for the report
+  double rms_residual = 0.0;  // whitened, of the moving start
+};
+
+// From at least 0.5 s at rest. Empty when the samples show motion (the reason in `why`, if given) or are too few.
+std::optional<Initialization> InitializeAtRest(std::span<const ImuSample> samples, const ImuSpec& imu, double gravity,
+                                               std::string* why = nullptr);
+
+// A body pose from another odometry, in an arbitrary fixed frame.
+struct TimedPose {
+  Time stamp;
+  Pose3 T_start_body;
+  Matrix6d covariance;  // of the step from the previous pose, in the pose chart (BoxMinus)
+};
+
+// From motion: gravity direction, velocities and biases that make the IMU agree with at least four poses over at least
+// one second (closed form for gravity and velocities, then nonlinear refinement of everything with the prior on the
+// biases of `imu`). Errors: too few poses, samples that do not cover them, or a residual that shows the poses and the
+// IMU to contradict each other (wrong extrinsics, wrong time offset).
+Expected<Initialization> InitializeFromPoses(std::span<const TimedPose> poses, std::span<const ImuSample> samples,
+                                             const ImuSpec& imu, double gravity);
+
+}  // namespace mlvi

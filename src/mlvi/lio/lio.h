@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// LiDAR-inertial odometry (LIO-SAM lineage): deskew, features, scan-to-map registration as a MAP estimate over the
+// IMU-predicted state, local map.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mlvi/base/config.h"
+#include "mlvi/base/stage_times.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+#include "mlvi/state/estimates.h"
+
+namespace mlvi {
+
+enum class LioVariant : int { kEdgePlane = 0, kDensePlane = 1 };
+
+struct LioConfig {
+  LioVariant variant = LioVariant::kDensePlane;
+  void Declare(ConfigDeclaration& d);
+};
+
+// What became of one sweep.
+struct LioResult {
+  enum class Status {
+    kInitializing,  // kept back until the first states are known
+    kTracking,      // `estimates` holds the new state (after initialisation: those of all sweeps kept back)
+    kRejected,      // not used; see `reason`
+  };
+  Status status = Status::kInitializing;
+  std::string reason;
+  // Ascending in time; each is valid at the last firing of its sweep, to which the sweep is deskewed.
+  std::vector<OdometryEstimate> estimates;
+  // One per estimate: the deskewed, thinned sweep in the body frame at that instant.
+  std::vector<std::shared_ptr<const PointCloud>> clouds;
+  // Figures of the last registration.
+  int correspondences = 0;
+  int iterations = 0;
+  double rms_residual = 0.0;  // m
+  bool converged = false;
+};
+
+class Lio {
+ public:
+  // `times` collects the stages' wall times and must outlive the instance. The rig must have a LiDAR.
+  Lio(const LioConfig& config, const Rig& rig, StageTimes& times);
+  ~Lio();
+
+  // `imu` covers the time from the end of the previous sweep (or from the start of this one) to sweep.end(). `guess` is
+  // the motion by another sensor since the previous estimate, if one is healthy.
+  LioResult Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
+                    const std::optional<MotionPrior>& guess = std::nullopt);
+
+  // Takes over a state corrected by the graph, valid at the instant of the last estimate: the local map moves with it.
+  void Correct(const NavState& corrected);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mlvi
