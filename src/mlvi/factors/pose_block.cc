@@ -38,7 +38,7 @@ bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
 }
 
 bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  Eigen::Map<Vector6d>(y_minus_x) = BoxMinus(LoadPose(y), LoadPose(x));
+  Eigen::Map<Vector6d>{y_minus_x} = BoxMinus(LoadPose(y), LoadPose(x));
   return true;
 }
 

@@ -26,7 +26,7 @@ inline Pose3 LoadPose(const double* block) {
 }
 
 inline void StorePose(const Pose3& pose, double* block) {
-  Eigen::Map<Eigen::Vector3d>(block) = pose.translation();
+  Eigen::Map<Eigen::Vector3d>{block} = pose.translation();
   Eigen::Map<Eigen::Vector4d>(block + 3) = pose.rotation().coeffs();
 }
 
