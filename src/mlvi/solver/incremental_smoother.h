@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// iSAM2 (Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert, "iSAM2: Incremental smoothing and mapping using the Bayes
+// tree", IJRR 2012) over ceres::CostFunction factors and ceres::Manifold variables, so that one factor serves the
+// sliding window (Ceres) and the graph. It knows nothing of what the variables mean.
+//
+//   IncrementalSmoother smoother(config);
+//   const VariableId pose = smoother.AddVariable(value, manifold);
+//   smoother.AddFactor(prior, nullptr, {pose});
+//   if (const auto summary = smoother.Update(); !summary) return tl::unexpected(summary.error());
+//   LoadPose(smoother.Estimate(pose).data());
+#pragma once
+
+#include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
+#include <ceres/manifold.h>
+
+#include <Eigen/Core>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mlvi/base/error.h"
+#include "mlvi/base/id.h"
+
+namespace mlvi {
+
+using VariableId = Id<struct SmootherVariableTag>;
+using FactorId = Id<struct SmootherFactorTag>;
+
+struct IncrementalSmootherConfig {
+  // A variable is linearised anew when a component of its step from the linearisation point, divided by the scale of
+  // the variable (AddVariable), exceeds this. Radians and metres for scale 1.
+  double relinearize_threshold = 0.1;
+  // Changes of a variable's step below this (divided by its scale) do not spread to the variables below it in the tree.
+  double wildfire_threshold = 1e-3;
+  // Within one Update, linearisation and solution repeat while variables exceed `relinearize_threshold`, at most so
+  // often. 1 is plain iSAM2, which leaves the rest to later updates.
+  int max_rounds = 10;
+};
+
+// What one Update did.
+struct IncrementalSmootherSummary {
+  int rounds = 0;                  // linear solutions
+  int damped_steps = 0;            // rounds whose full step raised the objective and was shortened
+  int relinearized_variables = 0;  // summed over rounds, like the counts below
+  int relinearized_factors = 0;
+  int reordered_variables = 0;
+  int reeliminated_cliques = 0;
+  int cliques = 0;  // of the tree afterwards
+  // False: `max_rounds` was spent and some variable still is farther than the threshold from its linearisation point.
+  bool converged = true;
+};
+
+// Not safe for concurrent use of one instance. The same sequence of calls gives the same bits at any number of threads.
+class IncrementalSmoother {
+ public:
+  explicit IncrementalSmoother(const IncrementalSmootherConfig& config = {});
+  ~IncrementalSmoother();
+  IncrementalSmoother(IncrementalSmoother&&) noexcept;
+  IncrementalSmoother& operator=(IncrementalSmoother&&) noexcept;
+
+  // Adds a variable whose first estimate is `value` (ambient coordinates of `manifold`; null = Euclidean). `scale` holds
+  // one positive number per tangent dimension, the unit of the thresholds (empty: 1). Takes part from the next Update
+  // on. Later variables are eliminated later, so add them in temporal order.
+  VariableId AddVariable(std::span<const double> value, std::shared_ptr<const ceres::Manifold> manifold = nullptr,
+                         std::span<const double> scale = {});
+
+  // Adds the factor 1/2 loss(|cost|^2) over different `variables`, whose ambient sizes must be the parameter block sizes
+  // of `cost`; null `loss` = quadratic. Takes part from the next Update on.
+  FactorId AddFactor(std::shared_ptr<const ceres::CostFunction> cost, std::shared_ptr<const ceres::LossFunction> loss,
+                     std::span<const VariableId> variables);
+  FactorId AddFactor(std::shared_ptr<const ceres::CostFunction> cost, std::shared_ptr<const ceres::LossFunction> loss,
+                     std::initializer_list<VariableId> variables) {
+    return AddFactor(std::move(cost), std::move(loss), std::span(variables.begin(), variables.size()));
+  }
+
+  // Takes the factor out with the next Update. `factor` must be present.
+  void RemoveFactor(FactorId factor);
+
+  // Brings the estimate up to date with all additions and removals.
+  // Errors (kEstimation): a factor that cannot be evaluated or is not finite (named), or a variable that the factors do
+  // not determine (named). Estimates are then as before the call and the changes still pending: repair them (AddFactor,
+  // RemoveFactor) or drop them (DiscardPending), and go on.
+  Expected<IncrementalSmootherSummary> Update();
+
+  // Forgets variables and factors added, and removals asked for, since the last successful Update. Their ids become
+  // invalid and may be given again.
+  void DiscardPending();
+
+  // The current estimate in ambient coordinates; for a variable that is still pending, the value it was added with. The
+  // span lives until the next non-const call.
+  std::span<const double> Estimate(VariableId variable) const;
+
+  // Covariances in the tangent space at the linearisation points of the last successful Update, which must include
+  // `variables`; rows and columns in the order of `variables`.
+  Eigen::MatrixXd MarginalCovariance(VariableId variable) const;
+  Eigen::MatrixXd MarginalCovariance(std::span<const VariableId> variables) const;
+
+  // 1/2 sum loss(|cost|^2) of all factors (pending ones too) at the estimate. Evaluates every factor.
+  double Objective() const;
+  // 1/2 loss(|cost|^2) of one factor at the estimate.
+  double FactorObjective(FactorId factor) const;
+
+  int variable_count() const;
+  int factor_count() const;
+  bool Contains(FactorId factor) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mlvi
