@@ -9,9 +9,8 @@ find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 # Deterministic parallel loops inside stages (base/parallel.h).
 find_package(TBB REQUIRED)
-# Formatting of messages; logging of the applications.
+# Formatting of messages.
 find_package(fmt REQUIRED)
-find_package(spdlog REQUIRED)
 # Factors are ceres::CostFunction, variables ceres::Manifold; batch solving and the oracle of the smoother.
 find_package(Ceres 2.1 REQUIRED)
 # Configuration and rig files.

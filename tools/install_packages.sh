@@ -12,7 +12,7 @@ packages=(
   # estimation
   libeigen3-dev libceres-dev libsuitesparse-dev libtbb-dev libnanoflann-dev
   # base
-  libfmt-dev libspdlog-dev libexpected-dev nlohmann-json3-dev libyaml-cpp-dev libcli11-dev
+  libfmt-dev libexpected-dev nlohmann-json3-dev libyaml-cpp-dev libcli11-dev
   # recordings and pictures
   librosbag-storage-dev libroslz4-dev libsensor-msgs-dev pluginlib-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev

@@ -1,0 +1,236 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/graph/keyframe_graph.h"
+
+#include <Eigen/Eigenvalues>
+#include <ceres/loss_function.h>
+
+#include "mlvi/factors/between_factor.h"
+#include "mlvi/factors/imu_factor.h"
+#include "mlvi/factors/pose_block.h"
+#include "mlvi/factors/prior_factor.h"
+
+namespace mlvi {
+namespace {
+
+using nav_index::kAccelerometerBias;
+using nav_index::kPosition;
+using nav_index::kRotation;
+using nav_index::kVelocity;
+
+// Eigenvalues of information below this share of the floor's carry nothing.
+constexpr double kNegligibleInformation = 1e-9;
+
+// A square root S of a positive semi-definite matrix, S^T S = matrix.
+template <int N>
+Eigen::Matrix<double, N, N> SquareRoot(const Eigen::Matrix<double, N, N>& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> eigen(matrix);
+  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+// The 6x6 pose covariance in the pose chart (position error in the body frame) from NavState error coordinates
+// (position error in the world).
+Matrix6d PoseChartCovariance(const OdometryEstimate& estimate) {
+  const Eigen::Matrix3d R_body_world = estimate.state.T_world_body.R().transpose();
+  Eigen::Matrix<double, 6, 15> J = Eigen::Matrix<double, 6, 15>::Zero();
+  J.block<3, 3>(0, kPosition) = R_body_world;
+  J.block<3, 3>(3, kRotation).setIdentity();
+  return J * estimate.covariance * J.transpose();
+}
+
+template <int N>
+Eigen::Matrix<double, N, N> SqrtInformation(const Eigen::Matrix<double, N, N>& covariance) {
+  return SquareRoot<N>(covariance.inverse());
+}
+
+Eigen::Matrix<double, 6, 1> BiasVector(const ImuBias& bias) {
+  return (Eigen::Matrix<double, 6, 1>() << bias.accelerometer, bias.gyroscope).finished();
+}
+
+}  // namespace
+
+void GraphConfig::Declare(ConfigDeclaration& d) {
+  d.Field("keyframe_distance", keyframe_distance, "m", "A keyframe at least so often: the map is made of them",
+          {0.01, 100.0});
+  d.Field("keyframe_angle", keyframe_angle, "rad", "A keyframe at least so often: new views", {0.01, 6.3});
+  d.Field("keyframe_interval", keyframe_interval, "s",
+          "A keyframe at least so often, also at rest: preintegration loses validity over long times", {0.1, 1e4});
+  d.Field("lidar_position_sigma", lidar_position_sigma, "m",
+          "Floor of the LiDAR odometry's uncertainty between keyframes: errors that the map shares", {1e-6, 1.0});
+  d.Field("lidar_rotation_sigma", lidar_rotation_sigma, "rad",
+          "Floor of the LiDAR odometry's uncertainty between keyframes", {1e-6, 1.0});
+  d.Field("relinearize_threshold", relinearize_threshold, "m, rad",
+          "Variables farther from their linearisation point are linearised anew", {1e-6, 1.0});
+  d.Field("loop_loss_scale", loop_loss_scale, "sigma",
+          "Loop factors count quadratically up to here (Cauchy): a wrong loop must not bend the map", {0.1, 100.0});
+}
+
+Matrix6d RelativeInformation(const Matrix6d& a, const Pose3& T_a_b, const Matrix6d& b, double position_sigma,
+                             double rotation_sigma) {
+  // An error d_a of the first pose moves the relative pose by -Ad(T_b_a) d_a (first order), so its information in the
+  // second's frame is Ad(T_a_b)^T a Ad(T_a_b). Parallel sum with b and the floor, in an eigenbasis so that directions
+  // without information stay without instead of becoming singular.
+  const Matrix6d adjoint = AdjointSe3(T_a_b);
+  const Matrix6d a_in_b = adjoint.transpose() * a * adjoint;
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(position_sigma), Eigen::Vector3d::Constant(rotation_sigma);
+  // In units of the floor: W = S I S.
+  const Matrix6d A = sigma.asDiagonal() * a_in_b * sigma.asDiagonal();
+  const Matrix6d B = sigma.asDiagonal() * b * sigma.asDiagonal();
+  const Matrix6d regularizer = kNegligibleInformation * Matrix6d::Identity();
+  const Matrix6d covariance = (A + regularizer).inverse() + (B + regularizer).inverse() + Matrix6d::Identity();
+  Matrix6d information = covariance.inverse();
+  const Vector6d inverse_sigma = sigma.cwiseInverse();
+  information = inverse_sigma.asDiagonal() * information * inverse_sigma.asDiagonal();
+  return 0.5 * (information + information.transpose());
+}
+
+KeyframeGraph::KeyframeGraph(const GraphConfig& config, const Rig& rig)
+    : config_(config),
+      imu_(rig.imu),
+      gravity_(rig.gravity),
+      smoother_({.relinearize_threshold = config.relinearize_threshold}) {}
+
+bool KeyframeGraph::WantsKeyframe(const NavState& state) const {
+  if (!newest_) return true;
+  const Vector6d step = BoxMinus(state.T_world_body, newest_->state.T_world_body);
+  return step.head<3>().norm() >= config_.keyframe_distance || step.tail<3>().norm() >= config_.keyframe_angle ||
+         (state.stamp - newest_->state.stamp).seconds() >= config_.keyframe_interval;
+}
+
+Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
+                                         std::span<const ImuSample> imu) {
+  NavState guess = estimate.state;
+  if (newest_) {
+    // The odometry's step on top of the smoothed keyframe.
+    const NavState smoothed = Estimate(keyframes_.back().id);
+    const Pose3 T_smoothed_odometry = smoothed.T_world_body * newest_->state.T_world_body.inverse();
+    guess.T_world_body = T_smoothed_odometry * estimate.state.T_world_body;
+    guess.v_world_body = T_smoothed_odometry.rotation() * estimate.state.v_world_body;
+  }
+  const Variables added = AddVariables(guess);
+  if (newest_) {
+    AddImuFactor(variables_.back(), added, imu, newest_->state.bias);
+    AddLidarOdometryFactor(*newest_, variables_.back(), estimate, added);
+  } else {
+    AddPrior(estimate, added);
+  }
+  const KeyframeId id(static_cast<std::int64_t>(keyframes_.size()));
+  keyframes_.push_back({.id = id, .state = estimate.state, .points = std::move(points)});
+  variables_.push_back(added);
+  Expected<GraphUpdate> update = Solve();
+  if (!update) {
+    smoother_.DiscardPending();
+    keyframes_.pop_back();
+    variables_.pop_back();
+    return update;
+  }
+  newest_ = estimate;
+  update->largest_position_change =
+      (update->newest.T_world_body.translation() - guess.T_world_body.translation()).norm();
+  return update;
+}
+
+Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, const Pose3& T_from_to,
+                                             const Matrix6d& covariance) {
+  const auto variables = [&](KeyframeId id) {
+    MLVI_CHECK(id.valid() && id.value() < static_cast<std::int64_t>(variables_.size()), "keyframe {} of {}",
+               id.value(), variables_.size());
+    return variables_[static_cast<std::size_t>(id.value())];
+  };
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformation<6>(covariance)),
+                      std::make_shared<ceres::CauchyLoss>(config_.loop_loss_scale),
+                      {variables(from).pose, variables(to).pose});
+  const NavState before = Estimate(keyframes_.back().id);
+  Expected<GraphUpdate> update = Solve();
+  if (!update) {
+    smoother_.DiscardPending();
+    return update;
+  }
+  ++loops_;
+  update->largest_position_change =
+      (update->newest.T_world_body.translation() - before.T_world_body.translation()).norm();
+  return update;
+}
+
+NavState KeyframeGraph::Estimate(KeyframeId id) const {
+  MLVI_CHECK(id.valid() && id.value() < static_cast<std::int64_t>(variables_.size()), "keyframe {} of {}", id.value(),
+             variables_.size());
+  const auto index = static_cast<std::size_t>(id.value());
+  const Variables& variables = variables_[index];
+  NavState state;
+  state.stamp = keyframes_[index].state.stamp;
+  state.T_world_body = LoadPose(smoother_.Estimate(variables.pose).data());
+  state.v_world_body = Eigen::Map<const Eigen::Vector3d>(smoother_.Estimate(variables.velocity).data());
+  const auto bias = smoother_.Estimate(variables.bias);
+  state.bias.accelerometer = Eigen::Map<const Eigen::Vector3d>(bias.data());
+  state.bias.gyroscope = Eigen::Map<const Eigen::Vector3d>(bias.data() + 3);
+  return state;
+}
+
+KeyframeGraph::Variables KeyframeGraph::AddVariables(const NavState& state) {
+  double pose[kPoseBlockSize];
+  StorePose(state.T_world_body, pose);
+  const Eigen::Matrix<double, 6, 1> bias = BiasVector(state.bias);
+  return {.pose = smoother_.AddVariable(pose, std::make_shared<PoseManifold>()),
+          .velocity = smoother_.AddVariable({state.v_world_body.data(), 3}),
+          .bias = smoother_.AddVariable({bias.data(), 6})};
+}
+
+void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& at) {
+  // Cross-correlations of the start are let go: the IMU factors restore what matters of them.
+  const Eigen::Matrix3d velocity_covariance = estimate.covariance.block<3, 3>(kVelocity, kVelocity);
+  const Matrix6d bias_covariance = estimate.covariance.block<6, 6>(kAccelerometerBias, kAccelerometerBias);
+  // Position and yaw of the first keyframe define the world: a floor keeps the prior finite.
+  const Matrix6d pose_covariance = PoseChartCovariance(estimate) + 1e-8 * Matrix6d::Identity();
+  smoother_.AddFactor(
+      std::make_shared<PosePriorFactor>(estimate.state.T_world_body, SqrtInformation<6>(pose_covariance)), nullptr,
+      {at.pose});
+  smoother_.AddFactor(
+      std::make_shared<VectorPriorFactor>(estimate.state.v_world_body, SqrtInformation<3>(velocity_covariance)),
+      nullptr, {at.velocity});
+  smoother_.AddFactor(
+      std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias), SqrtInformation<6>(bias_covariance)),
+      nullptr, {at.bias});
+}
+
+void KeyframeGraph::AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu,
+                                 const ImuBias& bias) {
+  smoother_.AddFactor(std::make_shared<ImuFactor>(Preintegrate(imu, bias, imu_), gravity_), nullptr,
+                      {from.pose, from.velocity, from.bias, to.pose, to.velocity, to.bias});
+}
+
+void KeyframeGraph::AddLidarOdometryFactor(const OdometryEstimate& from, const Variables& from_variables,
+                                           const OdometryEstimate& to, const Variables& to_variables) {
+  const Pose3 T_from_to = from.state.T_world_body.inverse() * to.state.T_world_body;
+  const Matrix6d information =
+      RelativeInformation(from.degeneracy.information, T_from_to, to.degeneracy.information,
+                          config_.lidar_position_sigma, config_.lidar_rotation_sigma);
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SquareRoot<6>(information)), nullptr,
+                      {from_variables.pose, to_variables.pose});
+}
+
+Expected<GraphUpdate> KeyframeGraph::Solve() {
+  const Expected<IncrementalSmootherSummary> solved = smoother_.Update();
+  if (!solved) return tl::unexpected(solved.error());
+  GraphUpdate update;
+  update.keyframe = keyframes_.back().id;
+  update.newest = Estimate(update.keyframe);
+  update.covariance = Covariance(variables_.back());
+  update.solver = *solved;
+  return update;
+}
+
+Matrix15d KeyframeGraph::Covariance(const Variables& variables) const {
+  // The smoother's order is pose chart (position in the body frame, rotation), velocity, bias.
+  const Eigen::MatrixXd marginal =
+      smoother_.MarginalCovariance(std::vector<VariableId>{variables.pose, variables.velocity, variables.bias});
+  Matrix15d J = Matrix15d::Zero();
+  J.block<3, 3>(kPosition, 0) = LoadPose(smoother_.Estimate(variables.pose).data()).R();
+  J.block<3, 3>(kRotation, 3).setIdentity();
+  J.block<3, 3>(kVelocity, 6).setIdentity();
+  J.block<6, 6>(kAccelerometerBias, 9).setIdentity();
+  return J * marginal * J.transpose();
+}
+
+}  // namespace mlvi

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The factor graph over keyframes (paper SIII-C): IMU preintegration, LiDAR odometry, visual odometry and loop factors,
+// solved by iSAM2.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mlvi/base/config.h"
+#include "mlvi/base/error.h"
+#include "mlvi/imu/preintegration.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+#include "mlvi/solver/incremental_smoother.h"
+#include "mlvi/state/estimates.h"
+
+namespace mlvi {
+
+struct GraphConfig {
+  double keyframe_distance = 1.0;
+  double keyframe_angle = 0.35;
+  double keyframe_interval = 5.0;
+  double lidar_position_sigma = 0.005;
+  double lidar_rotation_sigma = 0.001;
+  double relinearize_threshold = 0.05;
+  double loop_loss_scale = 1.0;
+  void Declare(ConfigDeclaration& d);
+};
+
+// What one addition to the graph did.
+struct GraphUpdate {
+  KeyframeId keyframe;
+  NavState newest;              // smoothed state of the newest keyframe
+  Matrix15d covariance;         // its marginal (order of nav_index)
+  double largest_position_change = 0.0;  // m, of the newest keyframe against the odometry that was added
+  IncrementalSmootherSummary solver;
+};
+
+class KeyframeGraph {
+ public:
+  // `rig` gives IMU noise and gravity.
+  KeyframeGraph(const GraphConfig& config, const Rig& rig);
+
+  // Whether `state` is far enough from the newest keyframe (distance, angle or time), or the first.
+  bool WantsKeyframe(const NavState& state) const;
+
+  // Adds `estimate` as a keyframe with an IMU factor over `imu` (samples from the newest keyframe to this one, as
+  // SamplesBetween gives them) and a LiDAR odometry factor weighted per direction by what both registrations could
+  // tell. The first keyframe takes a prior from the estimate's covariance instead.
+  // Errors (kEstimation) leave the graph as it was.
+  Expected<GraphUpdate> Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
+                            std::span<const ImuSample> imu);
+
+  // Adds a verified loop closure: T_from_to measured with `covariance` in the pose chart; robust.
+  Expected<GraphUpdate> AddLoop(KeyframeId from, KeyframeId to, const Pose3& T_from_to, const Matrix6d& covariance);
+
+  // The smoothed state of a keyframe.
+  NavState Estimate(KeyframeId id) const;
+  // As added: ids count from 0.
+  const std::vector<Keyframe>& keyframes() const { return keyframes_; }
+  int loops() const { return loops_; }
+
+ private:
+  struct Variables {
+    VariableId pose, velocity, bias;
+  };
+
+  Variables AddVariables(const NavState& state);
+  void AddPrior(const OdometryEstimate& estimate, const Variables& at);
+  void AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu, const ImuBias& bias);
+  void AddLidarOdometryFactor(const OdometryEstimate& from, const Variables& from_variables,
+                              const OdometryEstimate& to, const Variables& to_variables);
+  Expected<GraphUpdate> Solve();
+  Matrix15d Covariance(const Variables& variables) const;
+
+  GraphConfig config_;
+  ImuSpec imu_;
+  double gravity_;
+  IncrementalSmoother smoother_;
+  std::vector<Keyframe> keyframes_;
+  std::vector<Variables> variables_;
+  std::optional<OdometryEstimate> newest_;  // the odometry of the newest keyframe
+  int loops_ = 0;
+};
+
+// The information (pose chart of the second pose) of a relative pose between two registrations of information `a` and
+// `b` against the same map: directions that either could not tell carry none; none is tighter than the given sigmas,
+// which stand for the errors that the map shares (m, rad).
+Matrix6d RelativeInformation(const Matrix6d& a, const Pose3& T_a_b, const Matrix6d& b, double position_sigma,
+                             double rotation_sigma);
+
+}  // namespace mlvi

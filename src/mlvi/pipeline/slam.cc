@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/pipeline/slam.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace mlvi {
+namespace {
+
+// IMU samples older than this are of no use to a start that has not come about.
+constexpr Duration kLongestStart = Duration::FromMilliseconds(30'000);
+
+}  // namespace
+
+void SlamConfig::Declare(ConfigDeclaration& d) {
+  d.Section("sequencer", sequencer);
+  d.Section("lio", lio);
+  d.Section("graph", graph);
+  d.Field("feedback", feedback, {"never", "after_loops", "always"},
+          "When the graph's state and biases go back to the odometry");
+  d.Section("supervisor", supervisor);
+}
+
+Slam::Slam(const SlamConfig& config, const Rig& rig)
+    : config_(config),
+      rig_(rig),
+      times_(std::make_unique<StageTimes>()),
+      sequencer_(config.sequencer, events_),
+      supervisor_(config.supervisor, rig, events_),
+      lio_(config.lio, rig, *times_),
+      graph_(config.graph, rig) {}
+
+void Slam::Process(const Measurement& measurement) {
+  for (const Measurement& ordered : sequencer_.Push(measurement)) ProcessOrdered(ordered);
+}
+
+void Slam::Finish() {
+  for (const Measurement& ordered : sequencer_.Flush()) ProcessOrdered(ordered);
+  supervisor_.AddDropped(sequencer_.dropped());
+  supervisor_.Conclude();
+}
+
+void Slam::ProcessOrdered(const Measurement& measurement) {
+  if (const auto* sample = std::get_if<ImuSample>(&measurement)) {
+    ProcessImu(*sample);
+  } else if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) {
+    ProcessSweep(*sweep);
+  }
+}
+
+void Slam::ProcessImu(const ImuSample& sample) {
+  supervisor_.Observe(sample);
+  imu_.Add(sample);
+  if (!imu_needed_from_.valid()) imu_needed_from_ = sample.stamp;
+  if (!current_ || sample.stamp <= current_->stamp) return;
+  const std::vector<ImuSample> step = imu_.Between(current_->stamp, sample.stamp);
+  current_ = Predict(*current_, Preintegrate(step, current_->bias, rig_.imu), rig_.gravity);
+}
+
+void Slam::ProcessSweep(const LidarSweep& sweep) {
+  const StageTimes::Scope scope(*times_, "sweep");
+  const LioResult result = lio_.Process(sweep, imu_.Between(imu_needed_from_, sweep.end()));
+  supervisor_.Observe(sweep, result);
+  if (result.status == LioResult::Status::kRejected) return;
+  imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
+  if (graph_.keyframes().empty()) imu_.TrimBefore(imu_needed_from_ - kLongestStart);
+  for (std::size_t i = 0; i < result.estimates.size(); ++i) TakeEstimate(result.estimates[i], result.clouds[i]);
+}
+
+void Slam::TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
+  newest_ = estimate;
+  odometry_.push_back({estimate.state.stamp, estimate.state.T_world_body});
+  if (graph_.WantsKeyframe(estimate.state)) AddKeyframe(estimate, cloud);
+  if (graph_.keyframes().empty()) return;
+  const Keyframe& keyframe = graph_.keyframes().back();
+  anchored_.push_back({.stamp = estimate.state.stamp,
+                       .keyframe = keyframe.id,
+                       .T_keyframe_body = keyframe.state.T_world_body.inverse() * estimate.state.T_world_body});
+  // Propagation goes on from the newest estimate.
+  const Time reached = current_ ? std::max(current_->stamp, newest_->state.stamp) : newest_->state.stamp;
+  current_ = newest_->state;
+  if (const auto ahead = imu_.Between(current_->stamp, reached); ahead.size() > 1) {
+    current_ = Predict(*current_, Preintegrate(ahead, current_->bias, rig_.imu), rig_.gravity);
+  }
+}
+
+void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
+  const StageTimes::Scope scope(*times_, "graph");
+  const bool first = graph_.keyframes().empty();
+  const Time from = first ? estimate.state.stamp : graph_.keyframes().back().state.stamp;
+  const Expected<GraphUpdate> update = graph_.Add(estimate, cloud, imu_.Between(from, estimate.state.stamp));
+  if (!update) {
+    events_.Raise({.stamp = estimate.state.stamp,
+                   .severity = Severity::kWarning,
+                   .source = "graph",
+                   .message = "keyframe left out: " + update.error().message});
+    return;
+  }
+  imu_.TrimBefore(estimate.state.stamp);
+  const bool informed = graph_.loops() > 0;
+  if (!first && (config_.feedback == GraphFeedback::kAlways ||
+                 (config_.feedback == GraphFeedback::kAfterLoops && informed))) {
+    lio_.Correct(update->newest);
+    newest_->state = update->newest;
+  }
+}
+
+std::vector<TrajectoryPose> Slam::Trajectory() const {
+  std::vector<TrajectoryPose> trajectory;
+  trajectory.reserve(anchored_.size());
+  for (const Anchored& pose : anchored_) {
+    trajectory.push_back({pose.stamp, graph_.Estimate(pose.keyframe).T_world_body * pose.T_keyframe_body});
+  }
+  return trajectory;
+}
+
+}  // namespace mlvi

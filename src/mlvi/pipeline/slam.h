@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole system: measurements in, trajectory and keyframes out. Synchronous and deterministic; ordering, health and
+// the estimators each are a class of their own.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlvi/base/config.h"
+#include "mlvi/base/stage_times.h"
+#include "mlvi/graph/keyframe_graph.h"
+#include "mlvi/lio/lio.h"
+#include "mlvi/pipeline/imu_buffer.h"
+#include "mlvi/pipeline/sequencer.h"
+#include "mlvi/pipeline/supervisor.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+#include "mlvi/state/estimates.h"
+#include "mlvi/state/health.h"
+
+namespace mlvi {
+
+enum class GraphFeedback : int { kNever = 0, kAfterLoops = 1, kAlways = 2 };
+
+struct SlamConfig {
+  SequencerConfig sequencer;
+  LioConfig lio;
+  GraphConfig graph;
+  GraphFeedback feedback = GraphFeedback::kAfterLoops;
+  SupervisorConfig supervisor;
+  void Declare(ConfigDeclaration& d);
+};
+
+// The body pose (IMU) at the last firing of one sweep.
+struct TrajectoryPose {
+  Time stamp;
+  Pose3 T_world_body;
+};
+
+class Slam {
+ public:
+  // `rig` must be valid (Rig::Validate) and have a LiDAR.
+  Slam(const SlamConfig& config, const Rig& rig);
+
+  // Takes one measurement in arrival order.
+  void Process(const Measurement& measurement);
+  // Ends the recording: processes what was held back and concludes the report. Call once; also after an interruption.
+  void Finish();
+
+  // Events reach subscribers while Process runs.
+  EventBus& events() { return events_; }
+
+  // Causal estimates, as they were when the sweep came in.
+  const std::vector<TrajectoryPose>& odometry() const { return odometry_; }
+  // The same instants after smoothing: every sweep moves with its keyframe.
+  std::vector<TrajectoryPose> Trajectory() const;
+  // The newest state propagated to the newest IMU sample; empty before the start.
+  const std::optional<NavState>& current() const { return current_; }
+  // The newest filtered estimate with covariance and degeneracy.
+  const std::optional<OdometryEstimate>& newest() const { return newest_; }
+
+  const KeyframeGraph& graph() const { return graph_; }
+  const Supervisor& supervisor() const { return supervisor_; }
+  const StageTimes& times() const { return *times_; }
+
+ private:
+  // A sweep's pose relative to the keyframe that it moves with.
+  struct Anchored {
+    Time stamp;
+    KeyframeId keyframe;
+    Pose3 T_keyframe_body;
+  };
+
+  void ProcessOrdered(const Measurement& measurement);
+  void ProcessImu(const ImuSample& sample);
+  void ProcessSweep(const LidarSweep& sweep);
+  void TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
+  void AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
+
+  SlamConfig config_;
+  Rig rig_;
+  EventBus events_;
+  std::unique_ptr<StageTimes> times_;  // stable address: Lio keeps a reference
+  Sequencer sequencer_;
+  Supervisor supervisor_;
+  Lio lio_;
+  KeyframeGraph graph_;
+  ImuBuffer imu_;
+  Time imu_needed_from_;  // start of the next interval to be handed to the odometry
+  std::vector<TrajectoryPose> odometry_;
+  std::vector<Anchored> anchored_;
+  std::optional<NavState> current_;
+  std::optional<OdometryEstimate> newest_;
+};
+
+}  // namespace mlvi
