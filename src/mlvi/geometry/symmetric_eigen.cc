@@ -15,7 +15,7 @@ SymmetricEigen3 EigenOfSymmetric(const Eigen::Matrix3d& matrix) {
     eigen.values[i] = eigen.vectors.col(i).dot(matrix * eigen.vectors.col(i));
   }
   // The quotients of nearly equal values may come out in another order.
-  for (const auto [i, j] : {std::pair{0, 1}, std::pair{1, 2}, std::pair{0, 1}}) {
+  for (const auto& [i, j] : {std::pair{0, 1}, std::pair{1, 2}, std::pair{0, 1}}) {
     if (eigen.values[i] <= eigen.values[j]) continue;
     std::swap(eigen.values[i], eigen.values[j]);
     eigen.vectors.col(i).swap(eigen.vectors.col(j));
