@@ -11,20 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "mlvi/base/config.h"
 #include "mlvi/base/stage_times.h"
+#include "mlvi/lio/lio_config.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
 #include "mlvi/state/estimates.h"
 
 namespace mlvi {
-
-enum class LioVariant : int { kEdgePlane = 0, kDensePlane = 1 };
-
-struct LioConfig {
-  LioVariant variant = LioVariant::kDensePlane;
-  void Declare(ConfigDeclaration& d);
-};
 
 // What became of one sweep.
 struct LioResult {
@@ -34,7 +27,8 @@ struct LioResult {
     kRejected,      // not used; see `reason`
   };
   Status status = Status::kInitializing;
-  std::string reason;
+  std::string reason;     // why rejected, or what the start waits for; of a sweep in use: remarks, mostly empty
+  std::string rejection;  // the kind of rejection, to be counted: "empty sweep", "out of order", ...; else empty
   // Ascending in time; each is valid at the last firing of its sweep, to which the sweep is deskewed.
   std::vector<OdometryEstimate> estimates;
   // One per estimate: the deskewed, thinned sweep in the body frame at that instant.
@@ -44,6 +38,7 @@ struct LioResult {
   int iterations = 0;
   double rms_residual = 0.0;  // m
   bool converged = false;
+  double new_share = 0.0;  // of the sweep's points, those that were new to the local map
 };
 
 class Lio {

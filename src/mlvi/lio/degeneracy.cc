@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/degeneracy.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace mlvi {
+namespace {
+
+struct Half {
+  int count = 0;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+};
+
+// Judges the three directions that start at row `offset` (0 translation, 3 rotation). `other_sigma` is the loosest
+// sensible knowledge of the other three; it keeps the Schur complement finite when those are degenerate themselves.
+Half Judge(const Matrix6d& A, const Matrix6d& feigned, int offset, double max_sigma, double other_sigma,
+           double max_noise_share, std::vector<Vector6d>& motions) {
+  const int other = 3 - offset;
+  const Eigen::Matrix3d coupling = A.block<3, 3>(other, offset);
+  const Eigen::Matrix3d regular =
+      A.block<3, 3>(other, other) + Eigen::Matrix3d::Identity() / (other_sigma * other_sigma);
+  // Motion of the other three that follows a unit motion of these at least cost.
+  const Eigen::Matrix3d follow = -regular.ldlt().solve(coupling);
+  Eigen::Matrix<double, 6, 3> motion;
+  motion.middleRows<3>(offset).setIdentity();
+  motion.middleRows<3>(other) = follow;
+  const Eigen::Matrix3d total = motion.transpose() * A * motion;
+  const Eigen::Matrix3d noise = motion.transpose() * feigned * motion;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(total - noise);
+  Half half{.count = 0, .axes = solver.eigenvectors()};
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d axis = solver.eigenvectors().col(i);
+    const bool unknown = solver.eigenvalues()[i] < 1.0 / (max_sigma * max_sigma);
+    const bool spurious = axis.dot(noise * axis) > max_noise_share * axis.dot(total * axis);
+    if (!unknown && !spurious) continue;
+    motions.push_back(motion * axis);
+    half.axes.col(i).swap(half.axes.col(half.count++));
+  }
+  return half;
+}
+
+}  // namespace
+
+DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
+                                    const Eigen::Quaterniond& R_world_body, const DegeneracyConfig& config) {
+  DegenerateDirections result;
+  const Half translation = Judge(information, feigned, 0, config.max_translation_sigma, 1.0, config.max_noise_share,
+                                 result.motions);
+  const Half rotation = Judge(information, feigned, 3, config.max_rotation_sigma, 1.0, config.max_noise_share,
+                              result.motions);
+  const Eigen::Matrix3d R = R_world_body.toRotationMatrix();
+  Matrix6d to_pose_chart = Matrix6d::Identity();  // d(world position, rotation) / d(BoxMinus chart)
+  to_pose_chart.topLeftCorner<3, 3>() = R;
+  Degeneracy& report = result.report;
+  report.information = to_pose_chart.transpose() * information * to_pose_chart;
+  report.translation_directions = translation.count;
+  report.translation_axes = translation.axes;
+  report.rotation_directions = rotation.count;
+  report.rotation_axes = R * rotation.axes;
+  return result;
+}
+
+void Deflate(const std::vector<Vector6d>& motions, Matrix6d& A, Vector6d& b) {
+  for (const Vector6d& motion : motions) {
+    const Vector6d Av = A * motion;
+    const double vAv = motion.dot(Av);
+    if (vAv <= 0.0) continue;
+    b -= Av * (motion.dot(b) / vAv);
+    A -= Av * Av.transpose() / vAv;
+  }
+}
+
+}  // namespace mlvi

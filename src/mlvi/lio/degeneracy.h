@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "mlvi/lio/lio_config.h"
+#include "mlvi/state/estimates.h"
+
+namespace mlvi {
+
+// The directions that a registration cannot tell, as motions of the whole pose.
+struct DegenerateDirections {
+  Degeneracy report;
+  // Six-vectors [world translation; body rotation], conjugate with respect to the information.
+  std::vector<Vector6d> motions;
+};
+
+// `information` (chart: world position, body rotation) is H^T W H over all constraints; `feigned` is the part of it
+// that comes from the noise of the normals: E[n n^T] = n0 n0^T + Cov(n), so a corridor whose walls are fitted with
+// normals 2 degrees off seems to be known lengthwise to centimetres.
+//
+// Translation and rotation are judged apart, in their own units, each with the other one marginalised (Schur
+// complement): a direction is degenerate when its standard deviation by the information that is not feigned exceeds
+// the limit, or when more than max_noise_share of its information is feigned.
+DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
+                                    const Eigen::Quaterniond& R_world_body, const DegeneracyConfig& config);
+
+// Takes the information along the degenerate motions out of the normal equations A x = -b:
+//   A <- A - A v v^T A / (v^T A v),  b <- b - A v (v^T b) / (v^T A v).
+// What is known about the directions conjugate to v stays as it was, and along v only a prior decides.
+void Deflate(const std::vector<Vector6d>& motions, Matrix6d& A, Vector6d& b);
+
+}  // namespace mlvi

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "mlvi/lio/deskew.h"
+#include "mlvi/lio/lio_config.h"
+
+namespace mlvi {
+
+// What a sweep offers to registration and to the map, in the body frame at `stamp`.
+struct SweepFeatures {
+  Time stamp;
+  PointCloud planes;      // registered point to plane
+  PointCloud edges;       // registered point to line; empty in the dense variant
+  PointCloud map_planes;  // inserted into the map of planes
+  PointCloud map_edges;   // inserted into the map of edges
+  std::string note;       // why the variant asked for was not possible; empty otherwise
+};
+
+// Features of a deskewed sweep by the variant of `config`.
+SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LioConfig& config);
+
+}  // namespace mlvi

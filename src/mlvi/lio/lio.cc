@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/lio.h"
+
+#include <algorithm>
+
+#include "mlvi/base/error.h"
+#include "mlvi/imu/preintegration.h"
+#include "mlvi/lio/deskew.h"
+#include "mlvi/lio/features.h"
+#include "mlvi/lio/motion_guess.h"
+#include "mlvi/lio/registration.h"
+#include "mlvi/lio/start.h"
+
+namespace mlvi {
+
+namespace {
+
+LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
+  LioResult result;
+  result.status = status;
+  result.correspondences = registration.correspondences;
+  result.iterations = registration.iterations;
+  result.rms_residual = registration.rms_residual;
+  result.converged = registration.converged;
+  return result;
+}
+
+}  // namespace
+
+struct Lio::Impl {
+  Impl(const LioConfig& c, const Rig& r, StageTimes& t) : config(c), rig(r), times(t), map(config.map) {
+    MLVI_CHECK(rig.lidar.has_value(), "rig \"{}\" has no LiDAR", rig.name);
+    start.emplace(config, rig);
+  }
+
+  std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
+  void Remember(std::span<const ImuSample> samples);
+  LioResult Begin(const LidarSweep& sweep);
+  Propagation Predict(const LidarSweep& sweep) const;
+  DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
+  SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep);
+  RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
+  void Accept(const StateEstimate& estimate);
+  LioResult Track(const SweepFeatures& features, const RegistrationResult& registration);
+  LioResult Lose(const SweepFeatures& features, const RegistrationResult& registration, const StateEstimate& prior);
+
+  LioConfig config;
+  Rig rig;
+  StageTimes& times;
+  std::vector<ImuSample> imu;  // from the instant of `estimate` on, or all of the start
+  std::optional<Start> start;  // while initialising
+  StateEstimate estimate;
+  LocalMap map;
+  Time last_registered;
+};
+
+Lio::Lio(const LioConfig& config, const Rig& rig, StageTimes& times)
+    : impl_(std::make_unique<Impl>(config, rig, times)) {}
+Lio::~Lio() = default;
+
+LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
+                       const std::optional<MotionPrior>& guess) {
+  const StageTimes::Scope timer(impl_->times, "lio/total");
+  impl_->Remember(imu);
+  if (const auto rejection = impl_->Rejection(sweep)) return *rejection;
+  if (impl_->start) return impl_->Begin(sweep);
+
+  const Propagation propagation = impl_->Predict(sweep);
+  const StateEstimate prior = guess ? FuseMotionGuess(impl_->estimate, propagation, *guess)
+                                    : StateEstimate{propagation.states.back(), propagation.covariance};
+  const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, propagation.states);
+  const SweepFeatures features = impl_->TimedFeatures(deskewed, sweep);
+  const RegistrationResult registration = impl_->TimedRegister(features, prior);
+  if (registration.correspondences < impl_->config.registration.min_correspondences) {
+    return impl_->Lose(features, registration, prior);
+  }
+  return impl_->Track(features, registration);
+}
+
+std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
+  LioResult result;
+  result.status = LioResult::Status::kRejected;
+  const Time last = start ? Time() : estimate.mean.stamp;
+  if (sweep.points.empty()) {
+    result.rejection = "empty sweep";
+    result.reason = fmt::format("the sweep at {} has no points: driver hiccup or covered sensor", ToString(sweep.stamp));
+  } else if (static_cast<int>(sweep.points.size()) < config.min_points) {
+    result.rejection = "too few points";
+    result.reason = fmt::format("the sweep at {} has {} points, fewer than lio.min_points = {}", ToString(sweep.stamp),
+                                sweep.points.size(), config.min_points);
+  } else if (last.valid() && sweep.end() <= last) {
+    result.rejection = "out of order";
+    result.reason = fmt::format("the sweep ends at {}, not after the last estimate at {}", ToString(sweep.end()),
+                                ToString(last));
+  } else if (imu.empty() || imu.back().stamp <= (last.valid() ? last : sweep.stamp - Duration::FromMilliseconds(100))) {
+    result.rejection = "IMU missing";
+    result.reason = fmt::format("no IMU sample reaches into the sweep {} .. {}: check the IMU topic and the clock offset",
+                                ToString(sweep.stamp), ToString(sweep.end()));
+  } else {
+    return std::nullopt;
+  }
+  return result;
+}
+
+void Lio::Impl::Remember(std::span<const ImuSample> samples) {
+  for (const ImuSample& sample : samples) {
+    if (imu.empty() || sample.stamp > imu.back().stamp) imu.push_back(sample);
+  }
+}
+
+LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
+  const StageTimes::Scope timer(times, "lio/start");
+  LioResult result;
+  const std::optional<StartResult> first = start->Add(sweep, imu);
+  result.reason = start->why();
+  if (!first) return result;
+  result.status = LioResult::Status::kTracking;
+  result.reason = fmt::format("{} start from {} sweeps", first->method, first->sweeps.size());
+  for (std::size_t i = 0; i < first->sweeps.size(); ++i) {
+    const LidarSweep& kept = first->sweeps[i];
+    const NavState& state = first->states[i];
+    const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
+    const auto trajectory = samples.empty()
+                                ? std::vector<NavState>{state}
+                                : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
+                                                 state.v_world_body, state.bias, samples);
+    const SweepFeatures features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, config);
+    result.new_share = map.Insert(features, state.T_world_body);
+    result.estimates.push_back({.state = state, .covariance = first->covariance, .degeneracy = {}});
+    result.clouds.push_back(std::make_shared<PointCloud>(features.map_planes));
+  }
+  Accept({first->states.back(), first->covariance});
+  last_registered = estimate.mean.stamp;
+  start.reset();
+  return result;
+}
+
+Propagation Lio::Impl::Predict(const LidarSweep& sweep) const {
+  return Propagate(estimate.mean, estimate.covariance, SamplesBetween(imu, estimate.mean.stamp, sweep.end()), rig.imu,
+                   rig.gravity);
+}
+
+DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory) {
+  const StageTimes::Scope timer(times, "lio/deskew");
+  return Deskew(sweep, trajectory, *rig.lidar);
+}
+
+SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep) {
+  const StageTimes::Scope timer(times, "lio/features");
+  return ExtractFeatures(deskewed, sweep, config);
+}
+
+RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features, const StateEstimate& prior) {
+  const StageTimes::Scope timer(times, "lio/registration");
+  return Register(features, map, prior, *rig.lidar, config.registration, config.degeneracy);
+}
+
+void Lio::Impl::Accept(const StateEstimate& accepted) {
+  estimate = accepted;
+  // The last sample before the estimate stays: interpolation at its instant needs it.
+  auto first = std::upper_bound(imu.begin(), imu.end(), estimate.mean.stamp,
+                                [](Time t, const ImuSample& sample) { return t < sample.stamp; });
+  if (first != imu.begin()) imu.erase(imu.begin(), first - 1);
+}
+
+LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration) {
+  const StageTimes::Scope timer(times, "lio/map");
+  Accept(registration.estimate);
+  last_registered = estimate.mean.stamp;
+  LioResult result = Figures(registration, LioResult::Status::kTracking);
+  result.reason = features.note;
+  result.new_share = map.Insert(features, estimate.mean.T_world_body);
+  result.estimates.push_back(
+      {.state = estimate.mean, .covariance = estimate.covariance, .degeneracy = registration.degeneracy});
+  result.clouds.push_back(std::make_shared<PointCloud>(features.map_planes));
+  return result;
+}
+
+LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResult& registration,
+                          const StateEstimate& prior) {
+  Accept(prior);
+  LioResult result = Figures(registration, LioResult::Status::kRejected);
+  result.rejection = "not registered";
+  const double silence = (prior.mean.stamp - last_registered).seconds();
+  result.reason = fmt::format("{} of {} points found a place in the local map of {} points, fewer than "
+                              "lio.registration.min_correspondences = {}; predicted by the IMU for {:.1f} s",
+                              registration.correspondences, registration.offered, map.size(),
+                              config.registration.min_correspondences, silence);
+  if (silence < config.lost_after) return result;
+  map.Clear();
+  map.Insert(features, prior.mean.T_world_body);
+  last_registered = prior.mean.stamp;
+  result.reason += "; a new local map begins at the predicted pose";
+  return result;
+}
+
+void Lio::Correct(const NavState& corrected) {
+  if (impl_->start) return;
+  const Pose3 T_new_old = corrected.T_world_body * impl_->estimate.mean.T_world_body.inverse();
+  impl_->map.Transform(T_new_old);
+  const Time stamp = impl_->estimate.mean.stamp;
+  MLVI_CHECK(corrected.stamp == stamp, "corrected state of {} for an estimate at {}", ToString(corrected.stamp),
+             ToString(stamp));
+  impl_->estimate.mean = corrected;
+}
+
+}  // namespace mlvi

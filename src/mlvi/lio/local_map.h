@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "mlvi/lio/features.h"
+#include "mlvi/spatial/voxel_map.h"
+
+namespace mlvi {
+
+// The sliding window of features around the sensor, in the world frame.
+class LocalMap {
+ public:
+  explicit LocalMap(const LocalMapConfig& config);
+
+  // Inserts a sweep seen from `T_world_body` and erases what is far from there. Returns the share of its points that
+  // were new to the map, in [0, 1].
+  double Insert(const SweepFeatures& features, const Pose3& T_world_body);
+  void Transform(const Pose3& T_new_old);
+  void Clear();
+
+  const VoxelMap& planes() const { return planes_; }
+  const VoxelMap& edges() const { return edges_; }
+  std::size_t size() const { return planes_.size() + edges_.size(); }
+
+ private:
+  double radius_;
+  VoxelMap planes_;
+  VoxelMap edges_;
+  Eigen::Vector3d last_erase_;
+};
+
+}  // namespace mlvi

@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/registration.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "mlvi/base/parallel.h"
+
+namespace mlvi {
+namespace {
+
+constexpr std::size_t kGrain = 512;
+constexpr int kSolvesPerAssociation = 2;
+using Matrix15x6d = Eigen::Matrix<double, 15, 6>;
+
+Vector6d Row(const Correspondence& c, const Eigen::Matrix3d& R_body_world) {
+  Vector6d h;
+  h << c.normal, c.point.cross(R_body_world * c.normal);
+  return h;
+}
+
+// d(BoxMinus(x boxplus d, prior)) / d(d): identity but for the rotation.
+Matrix15d PriorJacobian(const NavState& x, const NavState& prior) {
+  Matrix15d J = Matrix15d::Identity();
+  J.block<3, 3>(nav_index::kRotation, nav_index::kRotation) =
+      RightJacobianInverseSo3(BoxMinus(x, prior).segment<3>(nav_index::kRotation));
+  return J;
+}
+
+Matrix15x6d PoseColumns(const Matrix15d& P) {
+  Matrix15x6d columns;
+  columns << P.middleCols<3>(nav_index::kPosition), P.middleCols<3>(nav_index::kRotation);
+  return columns;
+}
+
+Matrix6d PoseBlock(const Matrix15d& P) {
+  const Matrix15x6d columns = PoseColumns(P);
+  Matrix6d block;
+  block << columns.middleRows<3>(nav_index::kPosition), columns.middleRows<3>(nav_index::kRotation);
+  return block;
+}
+
+// The optimum of prior and measurement, both expressed in the tangent space at the prior mean.
+struct Update {
+  Vector15d displacement;  // from the prior mean
+  Matrix15d covariance;
+};
+
+// Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above. With S selecting the pose,
+//   d = -P S^T (I + A P_ss)^-1 b,   P+ = P - P S^T (I + A P_ss)^-1 A S P.
+Update Solve(const StateEstimate& prior, const NavState& x, Matrix6d A, Vector6d b) {
+  Matrix6d J_inverse = Matrix6d::Identity();
+  const Vector15d e = BoxMinus(x, prior.mean);
+  J_inverse.bottomRightCorner<3, 3>() = RightJacobianSo3(e.segment<3>(nav_index::kRotation));
+  Vector6d e_pose;
+  e_pose << e.segment<3>(nav_index::kPosition), e.segment<3>(nav_index::kRotation);
+  b = J_inverse.transpose() * (b - A * J_inverse * e_pose);
+  A = J_inverse.transpose() * A * J_inverse;
+  const Matrix15x6d PS = PoseColumns(prior.covariance);
+  const Matrix6d M = Matrix6d::Identity() + A * PoseBlock(prior.covariance);
+  const Eigen::PartialPivLU<Matrix6d> lu(M);
+  Update update;
+  update.displacement = -PS * lu.solve(b);
+  update.covariance = prior.covariance - PS * lu.solve(A) * PS.transpose();
+  update.covariance = (0.5 * (update.covariance + update.covariance.transpose())).eval();
+  return update;
+}
+
+// The information that noisy normals feign: dh/dn = [I; Hat(p) R^T].
+Matrix6d FeignedInformation(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
+                            const RegistrationConfig& config) {
+  const Eigen::Matrix3d R_body_world = T_world_body.R().transpose();
+  const double inflation = config.noise_inflation * config.noise_inflation;
+  return ParallelReduce(
+      correspondences.size(), kGrain, Matrix6d(Matrix6d::Zero()),
+      [&](std::size_t begin, std::size_t end) {
+        Matrix6d sum = Matrix6d::Zero();
+        for (std::size_t i = begin; i < end; ++i) {
+          const Correspondence& c = correspondences[i];
+          for (const Eigen::Vector3d& tilt : {c.tilt_a, c.tilt_b}) {
+            Vector6d g;
+            g << tilt, c.point.cross(R_body_world * tilt);
+            sum.noalias() += g * (g / (c.variance * inflation)).transpose();
+          }
+        }
+        return sum;
+      },
+      [](Matrix6d& sum, const Matrix6d& part) { sum += part; });
+}
+
+bool Small(const NavState& a, const NavState& b, const RegistrationConfig& config) {
+  const Vector15d step = BoxMinus(a, b);
+  return step.segment<3>(nav_index::kPosition).norm() < config.step_tolerance_m &&
+         step.segment<3>(nav_index::kRotation).norm() < config.step_tolerance_rad;
+}
+
+}  // namespace
+
+PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
+                              const RegistrationConfig& config) {
+  const Eigen::Matrix3d R = T_world_body.R();
+  const Eigen::Matrix3d R_body_world = R.transpose();
+  const double inflation = config.noise_inflation * config.noise_inflation;
+  const double squared_width = config.robust_width * config.robust_width;
+  const auto sum_up = [&](std::size_t begin, std::size_t end) {
+    PoseNormalEquations sum;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Correspondence& c = correspondences[i];
+      const double z = c.normal.dot(R * c.point + T_world_body.translation() - c.anchor);
+      const double robust = 1.0 / (1.0 + z * z / (squared_width * (c.variance + c.gate)));  // Cauchy
+      const Vector6d h = Row(c, R_body_world);
+      const double w = robust / (c.variance * inflation);
+      sum.A.noalias() += (w * h) * h.transpose();
+      sum.b += (w * z) * h;
+      sum.weighted_squares += robust * z * z;
+      sum.weights += robust;
+      sum.inliers += robust > 0.5 ? 1 : 0;
+    }
+    return sum;
+  };
+  return ParallelReduce(correspondences.size(), kGrain, PoseNormalEquations{}, sum_up,
+                        [](PoseNormalEquations& sum, const PoseNormalEquations& part) {
+                          sum.A += part.A;
+                          sum.b += part.b;
+                          sum.weighted_squares += part.weighted_squares;
+                          sum.weights += part.weights;
+                          sum.inliers += part.inliers;
+                        });
+}
+
+RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior,
+                            const LidarSpec& lidar, const RegistrationConfig& config,
+                            const DegeneracyConfig& degeneracy) {
+  RegistrationResult result;
+  result.estimate = prior;
+  result.offered = static_cast<int>(features.planes.size() + features.edges.size());
+  AssociationOptions options{.T_world_body = prior.mean.T_world_body,
+                             .pose_covariance = PoseBlock(prior.covariance),
+                             .p_body_lidar = lidar.T_body_lidar.translation(),
+                             .range_noise = lidar.range_noise,
+                             .beam_noise = lidar.beam_noise};
+  NavState x = prior.mean;
+  while (!result.converged && result.iterations < config.max_iterations) {
+    ++result.iterations;
+    options.T_world_body = x.T_world_body;
+    const std::vector<Correspondence> correspondences = Associate(features, map, options, config);
+    const NavState before = x;
+    for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
+      PoseNormalEquations sums = Linearize(correspondences, x.T_world_body, config);
+      result.correspondences = sums.inliers;
+      result.rms_residual = sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
+      if (sums.inliers < config.min_correspondences) return result;
+      const DegenerateDirections directions =
+          FindDegeneracy(sums.A, FeignedInformation(correspondences, x.T_world_body, config),
+                         x.T_world_body.rotation(), degeneracy);
+      Deflate(directions.motions, sums.A, sums.b);
+      const Update update = Solve(prior, x, sums.A, sums.b);
+      const NavState next = BoxPlus(prior.mean, update.displacement);
+      const Matrix15d J_inverse = PriorJacobian(next, prior.mean).inverse();
+      result.estimate = {next, J_inverse * update.covariance * J_inverse.transpose()};
+      result.degeneracy = directions.report;
+      const bool small = Small(next, x, config);
+      x = next;
+      if (small) break;
+    }
+    result.converged = Small(x, before, config);
+    // The pose becomes certain step by step: the gate for outliers closes, whatever the prior was.
+    options.pose_covariance *= 0.25;
+  }
+  return result;
+}
+
+}  // namespace mlvi

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "mlvi/lio/association.h"
+#include "mlvi/lio/degeneracy.h"
+
+namespace mlvi {
+
+// A state with its covariance: what the IMU predicts, and what registration makes of it.
+struct StateEstimate {
+  NavState mean;
+  Matrix15d covariance = Matrix15d::Zero();
+};
+
+struct RegistrationResult {
+  StateEstimate estimate;
+  Degeneracy degeneracy;
+  int correspondences = 0;  // at the end, robust weight above one half
+  int offered = 0;          // feature points
+  int iterations = 0;
+  double rms_residual = 0.0;  // m, robustly weighted
+  bool converged = false;
+};
+
+// The normal equations of all correspondences at one pose, in the chart (world position, body rotation):
+//   J(d) = 1/2 sum w_i (z_i + h_i d)^2,  A = sum w h h^T,  b = sum w h z.
+struct PoseNormalEquations {
+  Matrix6d A = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  double weighted_squares = 0.0, weights = 0.0;  // of residuals in m, by robust weight
+  int inliers = 0;
+};
+PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
+                              const RegistrationConfig& config);
+
+// The MAP estimate of the state under the Gaussian `prior` and point-to-plane and point-to-line residuals against the
+// map, by Gauss-Newton with renewed associations (the iterated error-state filter of FAST-LIO2 in a form that inverts
+// neither the prior covariance nor the measurement information, both of which may be singular).
+RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior,
+                            const LidarSpec& lidar, const RegistrationConfig& config,
+                            const DegeneracyConfig& degeneracy);
+
+}  // namespace mlvi

@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/start.h"
+
+#include <algorithm>
+
+#include "mlvi/imu/initialization.h"
+#include "mlvi/imu/preintegration.h"
+
+namespace mlvi {
+namespace {
+
+// One sigma that the registered steps cannot undercut: the map is a single sweep old, its errors are shared.
+constexpr double kStepSigmaM = 0.01;
+constexpr double kStepSigmaRad = 0.002;
+// Gyroscope bias and scale before they are known, as a share of the interval and of the angle turned.
+constexpr double kGyroscopeScale = 0.02;
+
+Matrix6d PoseChartCovariance(const StateEstimate& estimate) {
+  const Eigen::Matrix3d R = estimate.mean.T_world_body.R();
+  Matrix6d covariance;
+  const auto& P = estimate.covariance;
+  covariance << R.transpose() * P.block<3, 3>(nav_index::kPosition, nav_index::kPosition) * R,
+      R.transpose() * P.block<3, 3>(nav_index::kPosition, nav_index::kRotation),
+      P.block<3, 3>(nav_index::kRotation, nav_index::kPosition) * R,
+      P.block<3, 3>(nav_index::kRotation, nav_index::kRotation);
+  covariance.diagonal().head<3>().array() += kStepSigmaM * kStepSigmaM;
+  covariance.diagonal().tail<3>().array() += kStepSigmaRad * kStepSigmaRad;
+  return covariance;
+}
+
+Matrix15d GuessCovariance(double dt, double angle, double speed_sigma, const ImuSpec& imu) {
+  Matrix15d P = Matrix15d::Zero();
+  const double position = speed_sigma * dt + 0.02;
+  const double rotation = imu.initial_gyroscope_bias_sigma * dt + kGyroscopeScale * angle + 0.002;
+  P.diagonal().segment<3>(nav_index::kPosition).setConstant(position * position);
+  P.diagonal().segment<3>(nav_index::kRotation).setConstant(rotation * rotation);
+  return P;
+}
+
+}  // namespace
+
+std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity, const ImuBias& bias,
+                                     std::span<const ImuSample> samples) {
+  std::vector<NavState> states(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    states[i] = {.stamp = samples[i].stamp, .T_world_body = pose, .v_world_body = velocity, .bias = bias};
+    if (i == 0) continue;
+    const double dt = (samples[i].stamp - samples[i - 1].stamp).seconds();
+    const Eigen::Vector3d rate =
+        0.5 * (samples[i].angular_velocity + samples[i - 1].angular_velocity) - bias.gyroscope;
+    const Pose3& previous = states[i - 1].T_world_body;
+    states[i].T_world_body =
+        Pose3(previous.rotation() * ExpSo3(rate * dt), previous.translation() + velocity * dt);
+  }
+  return states;
+}
+
+Start::Start(const LioConfig& config, const Rig& rig) : config_(config), rig_(rig), map_(config.map) {}
+
+std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const ImuSample> imu) {
+  for (const ImuSample& sample : imu) {
+    if (imu_.empty() || sample.stamp > imu_.back().stamp) imu_.push_back(sample);
+  }
+  kept_.push_back(Registered(sweep));
+  if (kept_.size() == 2) {
+    // The first sweep was deskewed without a velocity; now there is one.
+    velocity_ = (kept_[1].T_start_body.translation() - kept_[0].T_start_body.translation()) /
+                std::max(1e-3, (kept_[1].sweep.end() - kept_[0].sweep.end()).seconds());
+    RebuildMap();
+    kept_.pop_back();
+    kept_.push_back(Registered(sweep));
+  }
+  if (kept_.size() >= 2) {
+    const Kept& a = kept_[kept_.size() - 2];
+    const Kept& b = kept_.back();
+    velocity_ = (b.T_start_body.translation() - a.T_start_body.translation()) /
+                std::max(1e-3, (b.sweep.end() - a.sweep.end()).seconds());
+  }
+  map_.Insert(kept_.back().features, kept_.back().T_start_body);
+  if (auto result = AtRest() ? TryStatic() : TryMoving()) return result;
+  while ((kept_.back().sweep.end() - kept_.front().sweep.end()).seconds() > config_.start.max_span) DropOldest();
+  return std::nullopt;
+}
+
+Start::Kept Start::Registered(const LidarSweep& sweep) const {
+  const bool first = kept_.empty();
+  const Time from = first ? sweep.stamp : kept_.back().sweep.end();
+  const Pose3 start = first ? Pose3() : kept_.back().T_start_body;
+  std::vector<ImuSample> samples = SamplesBetween(imu_, std::min(from, sweep.stamp), sweep.end());
+  if (samples.empty()) samples.push_back({.stamp = sweep.end()});
+  const std::vector<NavState> trajectory = GyroTrajectory(start, velocity_, {}, samples);
+  const DeskewedSweep deskewed = Deskew(sweep, trajectory, *rig_.lidar);
+  Kept kept{.sweep = sweep, .T_start_body = Pose3(), .covariance = Matrix6d::Identity() * 1e-6,
+            .features = ExtractFeatures(deskewed, sweep, config_)};
+  if (first) return kept;
+  const double dt = (sweep.end() - from).seconds();
+  const double angle = LogSo3(start.rotation().conjugate() * trajectory.back().T_world_body.rotation()).norm();
+  // The speed is a guess until two sweeps are there, then it changes by acceleration.
+  const double speed_sigma = kept_.size() < 2 ? config_.start.max_speed : std::min(config_.start.max_speed, 4.0 * dt);
+  const StateEstimate prior{trajectory.back(), GuessCovariance(dt, angle, speed_sigma, rig_.imu)};
+  RegistrationConfig registration = config_.registration;
+  registration.max_iterations = 3 * registration.max_iterations;
+  const RegistrationResult result =
+      Register(kept.features, map_, prior, *rig_.lidar, registration, config_.degeneracy);
+  kept.T_start_body = result.estimate.mean.T_world_body;
+  kept.covariance = PoseChartCovariance(result.estimate);
+  return kept;
+}
+
+void Start::RebuildMap() {
+  map_.Clear();
+  Kept& first = kept_.front();
+  const std::vector<ImuSample> samples = SamplesBetween(imu_, first.sweep.stamp, first.sweep.end());
+  if (!samples.empty()) {
+    const auto trajectory = GyroTrajectory(Pose3(), velocity_, {}, samples);
+    first.features = ExtractFeatures(Deskew(first.sweep, trajectory, *rig_.lidar), first.sweep, config_);
+  }
+  map_.Insert(first.features, first.T_start_body);
+}
+
+void Start::DropOldest() {
+  kept_.pop_front();
+  const Time needed = kept_.front().sweep.stamp;
+  const auto keep = std::lower_bound(imu_.begin(), imu_.end(), needed,
+                                     [](const ImuSample& sample, Time t) { return sample.stamp < t; });
+  if (keep != imu_.begin()) imu_.erase(imu_.begin(), keep - 1);
+}
+
+bool Start::AtRest() const {
+  for (const Kept& kept : kept_) {
+    const Pose3 motion = kept_.front().T_start_body.inverse() * kept.T_start_body;
+    if (motion.translation().norm() > config_.start.rest_distance) return false;
+    if (LogSo3(motion.rotation()).norm() > config_.start.rest_angle) return false;
+  }
+  return true;
+}
+
+std::optional<StartResult> Start::TryStatic() {
+  if (kept_.size() < 2) {
+    why_ = "one sweep alone cannot tell rest from motion";
+    return std::nullopt;
+  }
+  const auto at_rest = InitializeAtRest(imu_, rig_.imu, rig_.gravity, &why_);
+  if (!at_rest || at_rest->states.empty()) return TryMoving();
+  StartResult result{.states = {}, .covariance = at_rest->covariance, .sweeps = {}, .method = "static"};
+  for (const Kept& kept : kept_) {
+    result.states.push_back(at_rest->states.back());
+    result.states.back().stamp = kept.sweep.end();
+    result.sweeps.push_back(kept.sweep);
+  }
+  return result;
+}
+
+std::optional<StartResult> Start::TryMoving() {
+  const double span = (kept_.back().sweep.end() - kept_.front().sweep.end()).seconds();
+  if (static_cast<int>(kept_.size()) < config_.start.min_sweeps || span < config_.start.min_span) {
+    why_ = fmt::format("a moving start needs {} sweeps over {:.1f} s, has {} over {:.1f} s", config_.start.min_sweeps,
+                       config_.start.min_span, kept_.size(), span);
+    return std::nullopt;
+  }
+  std::vector<TimedPose> poses;
+  for (const Kept& kept : kept_) {
+    poses.push_back({.stamp = kept.sweep.end(), .T_start_body = kept.T_start_body, .covariance = kept.covariance});
+  }
+  auto initialization = InitializeFromPoses(poses, imu_, rig_.imu, rig_.gravity);
+  if (!initialization) {
+    why_ = initialization.error().message;
+    return std::nullopt;
+  }
+  StartResult result{.states = std::move(initialization->states), .covariance = initialization->covariance,
+                     .sweeps = {}, .method = initialization->method};
+  for (const Kept& kept : kept_) result.sweeps.push_back(kept.sweep);
+  return result;
+}
+
+}  // namespace mlvi

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlvi/lio/registration.h"
+#include "mlvi/sensors/rig.h"
+
+namespace mlvi {
+
+// The first states of the odometry: those at the ends of all sweeps kept back, with their sweeps.
+struct StartResult {
+  std::vector<NavState> states;
+  Matrix15d covariance;  // of the last state
+  std::vector<LidarSweep> sweeps;
+  std::string method;  // "static" or "moving"
+};
+
+// Finds the first states. At rest: gravity and gyroscope bias from the IMU, once the registered sweeps agree that
+// nothing moves. Moving: sweeps are registered one after the other against a growing map in the frame of the first,
+// with the gyroscopes as rotation prior and the last speed as translation prior; gravity, velocities and biases then
+// follow from making these poses agree with the IMU (imu/initialization.h).
+class Start {
+ public:
+  Start(const LioConfig& config, const Rig& rig);
+
+  // Takes the next sweep and the samples up to its end. Empty while more is needed; why() tells what for.
+  std::optional<StartResult> Add(const LidarSweep& sweep, std::span<const ImuSample> imu);
+  const std::string& why() const { return why_; }
+
+ private:
+  struct Kept {
+    LidarSweep sweep;
+    Pose3 T_start_body;    // at the end of the sweep
+    Matrix6d covariance;   // of its registration, pose chart
+    SweepFeatures features;
+  };
+
+  Kept Registered(const LidarSweep& sweep) const;
+  void RebuildMap();
+  void DropOldest();
+  bool AtRest() const;
+  std::optional<StartResult> TryStatic();
+  std::optional<StartResult> TryMoving();
+
+  const LioConfig& config_;
+  const Rig& rig_;
+  std::deque<Kept> kept_;
+  std::vector<ImuSample> imu_;
+  LocalMap map_;
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();  // in the start frame
+  std::string why_;
+};
+
+// States through `samples` with rotation by the gyroscopes and constant velocity, from `pose` at the first sample. For
+// deskewing and guessing before gravity and biases are known.
+std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity, const ImuBias& bias,
+                                     std::span<const ImuSample> samples);
+
+}  // namespace mlvi
