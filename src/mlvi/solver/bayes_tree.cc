@@ -1,0 +1,351 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/solver/bayes_tree.h"
+
+#include <algorithm>
+
+#include "mlvi/base/error.h"
+
+namespace mlvi::internal {
+namespace {
+
+// A pivot below this part of the information that went into its variable is round-off: the variable is undetermined.
+constexpr double kSingularPivot = 1e-14;
+
+}  // namespace
+
+int BayesTree::NewClique() {
+  if (free_.empty()) {
+    cliques_.emplace_back();
+    return static_cast<int>(cliques_.size()) - 1;
+  }
+  const int c = free_.back();
+  free_.pop_back();
+  return c;
+}
+
+void BayesTree::Clear() {
+  cliques_.clear();
+  free_.clear();
+  roots_.clear();
+  dirty_.clear();
+  clique_of_.clear();
+  for (Factor& factor : factors_) factor.clique = -1;
+}
+
+BayesTree::Top BayesTree::Detach(const std::vector<int>& touched) {
+  Top top;
+  std::vector<int> removed;
+  for (const int v : touched) {
+    if (clique_of_[v] < 0) top.variables.push_back(v);
+    for (int c = clique_of_[v]; c >= 0 && !cliques_[c].removed; c = cliques_[c].parent) {
+      cliques_[c].removed = true;
+      removed.push_back(c);
+    }
+  }
+  for (const int c : removed) {
+    const Clique& clique = cliques_[c];
+    top.variables.insert(top.variables.end(), clique.variables.begin(), clique.variables.begin() + clique.frontal_count);
+    for (const int f : clique.factors) {
+      if (factors_[f].alive()) top.factors.push_back(f);
+    }
+    for (const int child : clique.children) {
+      if (!cliques_[child].removed) top.orphans.push_back(child);
+    }
+  }
+  std::erase_if(roots_, [&](int c) { return cliques_[c].removed; });
+  std::erase_if(dirty_, [&](int c) { return cliques_[c].removed; });
+  for (const int c : removed) {
+    Clique& clique = cliques_[c];
+    clique.variables.clear();
+    clique.children.clear();
+    clique.factors.clear();
+    clique.runs.clear();
+    clique.parent = -1;
+    clique.dirty = clique.solve = clique.removed = false;
+    free_.push_back(c);
+  }
+  std::ranges::sort(top.variables);
+  top.variables.erase(std::unique(top.variables.begin(), top.variables.end()), top.variables.end());
+  return top;
+}
+
+Hypergraph BayesTree::BuildHypergraph(const Top& top) {
+  Hypergraph graph;
+  graph.columns = static_cast<int>(top.variables.size());
+  for (int i = 0; i < graph.columns; ++i) local_[top.variables[i]] = i;
+  for (const int f : top.factors) {
+    for (const int v : factors_[f].variables) graph.entries.push_back(local_[v]);
+    graph.EndRow();
+  }
+  for (const int c : top.orphans) {
+    const Clique& clique = cliques_[c];
+    for (std::size_t i = clique.frontal_count; i < clique.variables.size(); ++i) {
+      graph.entries.push_back(local_[clique.variables[i]]);
+    }
+    graph.EndRow();
+  }
+  return graph;
+}
+
+int BayesTree::Restructure(const std::vector<int>& touched, const std::vector<int>& added,
+                           const std::vector<int>& newest) {
+  clique_of_.resize(variables_.size(), -1);
+  local_.resize(variables_.size(), -1);
+  is_changed_.resize(variables_.size(), 0);
+  Top top = Detach(touched);
+  top.factors.insert(top.factors.end(), added.begin(), added.end());
+  const Hypergraph graph = BuildHypergraph(top);
+  std::vector<int> group(graph.columns, 0), sizes(graph.columns);
+  for (int i = 0; i < graph.columns; ++i) sizes[i] = variables_.tangent_size(top.variables[i]);
+  // Groups must count from zero: with nothing but newest variables there is one group.
+  if (static_cast<int>(newest.size()) < graph.columns) {
+    for (const int v : newest) group[local_[v]] = 1;
+  }
+  Attach(top, AnalyzeElimination(graph, group, sizes));
+  return graph.columns;
+}
+
+int BayesTree::FirstEliminated(const int* begin, const int* end, const EliminationForest& forest) const {
+  return *std::min_element(
+      begin, end, [&](int a, int b) { return forest.position[local_[a]] < forest.position[local_[b]]; });
+}
+
+void BayesTree::AddCliques(const Top& top, const EliminationForest& forest, std::vector<int>* index) {
+  index->resize(forest.cliques.size());
+  for (int& c : *index) c = NewClique();
+  for (std::size_t i = 0; i < forest.cliques.size(); ++i) {
+    const EliminationForest::Clique& source = forest.cliques[i];
+    Clique& clique = cliques_[(*index)[i]];
+    clique.frontal_count = static_cast<int>(source.frontal.size());
+    clique.frontal = clique.separator = 0;
+    for (const int column : source.frontal) {
+      const int v = top.variables[column];
+      clique.variables.push_back(v);
+      clique.frontal += variables_.tangent_size(v);
+      clique_of_[v] = (*index)[i];
+    }
+    for (const int column : source.separator) {
+      const int v = top.variables[column];
+      clique.variables.push_back(v);
+      clique.separator += variables_.tangent_size(v);
+    }
+    clique.dirty = clique.solve = true;
+    dirty_.push_back((*index)[i]);
+    if (source.parent < 0) {
+      roots_.push_back((*index)[i]);
+    } else {
+      clique.parent = (*index)[source.parent];
+      cliques_[clique.parent].children.push_back((*index)[i]);
+    }
+  }
+}
+
+void BayesTree::Attach(const Top& top, const EliminationForest& forest) {
+  std::vector<int> index;
+  AddCliques(top, forest, &index);
+  for (const int f : top.factors) {
+    Factor& factor = factors_[f];
+    const int* variables = factor.variables.data();
+    factor.clique = clique_of_[FirstEliminated(variables, variables + factor.variables.size(), forest)];
+    cliques_[factor.clique].factors.push_back(f);
+  }
+  for (const int c : top.orphans) {
+    Clique& orphan = cliques_[c];
+    const int* variables = orphan.variables.data();
+    orphan.parent = clique_of_[FirstEliminated(variables + orphan.frontal_count, variables + orphan.variables.size(),
+                                              forest)];
+    cliques_[orphan.parent].children.push_back(c);
+  }
+  for (const int c : index) PlaceCoordinates(&cliques_[c]);
+}
+
+// Where the factors and children of a new clique go in its front.
+void BayesTree::PlaceCoordinates(Clique* clique) {
+  int next = 0;
+  for (const int v : clique->variables) {
+    local_[v] = next;
+    next += variables_.tangent_size(v);
+  }
+  for (const int f : clique->factors) {
+    Factor& factor = factors_[f];
+    factor.coordinate.clear();
+    for (const int v : factor.variables) factor.coordinate.push_back(local_[v]);
+  }
+  for (const int c : clique->children) {
+    Clique& child = cliques_[c];
+    child.runs.clear();
+    int offset = 0;
+    for (std::size_t i = child.frontal_count; i < child.variables.size(); ++i) {
+      const int v = child.variables[i], size = variables_.tangent_size(v), parent = local_[v];
+      Run* last = child.runs.empty() ? nullptr : &child.runs.back();
+      // A run must not cross from the frontal to the separator part, which are stored apart.
+      if (last != nullptr && last->parent + last->size == parent && parent != clique->frontal) {
+        last->size += size;
+      } else {
+        child.runs.push_back({.child = offset, .parent = parent, .size = size});
+      }
+      offset += size;
+    }
+  }
+}
+
+void BayesTree::MarkDirty(int clique) {
+  for (int c = clique; c >= 0 && !cliques_[c].dirty; c = cliques_[c].parent) {
+    cliques_[c].dirty = cliques_[c].solve = true;
+    dirty_.push_back(c);
+  }
+}
+
+std::vector<int> BayesTree::DirtyBottomUp() const {
+  std::vector<int> order;
+  for (const int root : roots_) {
+    if (cliques_[root].dirty) order.push_back(root);
+  }
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    for (const int child : cliques_[order[i]].children) {
+      if (cliques_[child].dirty) order.push_back(child);
+    }
+  }
+  std::ranges::reverse(order);
+  return order;
+}
+
+BayesTree::Elimination BayesTree::Eliminate() {
+  Elimination result;
+  for (const int c : DirtyBottomUp()) {
+    ++result.cliques;
+    const int bad = EliminateClique(c);
+    if (bad < 0) continue;
+    result.singular_variable = bad;
+    return result;
+  }
+  for (const int c : dirty_) cliques_[c].dirty = false;
+  dirty_.clear();
+  return result;
+}
+
+namespace {
+
+// Address of (row, column) of a front whose columns and rows count over both parts, row >= column. Rows are contiguous
+// within a part.
+double* Element(const Front& front, int row, int column) {
+  if (column >= front.frontal) {
+    return front.remainder + static_cast<std::size_t>(column - front.frontal) * front.remainder_stride() +
+           (row - front.frontal);
+  }
+  if (row >= front.frontal) return front.below(column) + (row - front.frontal);
+  return front.panel + static_cast<std::size_t>(column) * front.panel_stride() + row;
+}
+
+void AddTo(double* out, const double* in, int size) {
+  for (int i = 0; i < size; ++i) out[i] += in[i];
+}
+
+}  // namespace
+
+void BayesTree::AssembleFactor(const Factor& factor, Clique* clique) const {
+  const Front front = clique->front();
+  const int stride = factor.stride(), count = static_cast<int>(factor.variables.size());
+  const int last_row = front.frontal + front.separator;  // the right-hand side
+  for (int b = 0; b < count; ++b) {
+    for (int k = factor.start[b]; k < factor.start[b + 1]; ++k) {
+      const double* in = factor.hessian.data() + static_cast<std::size_t>(k) * stride;
+      const int column = factor.coordinate[b] + k - factor.start[b];
+      for (int a = 0; a < count; ++a) {
+        if (factor.coordinate[a] < factor.coordinate[b]) continue;  // H is symmetric: the lower triangle suffices
+        AddTo(Element(front, factor.coordinate[a], column), in + factor.start[a], factor.start[a + 1] - factor.start[a]);
+      }
+      *Element(front, last_row, column) += in[factor.dimension()];
+      clique->diagonal[column] += in[k];
+    }
+  }
+}
+
+void BayesTree::AssembleChild(Clique* child, Clique* clique) {
+  const Front front = clique->front(), from = child->front();
+  const int stride = from.remainder_stride(), last_row = front.frontal + front.separator;
+  for (std::size_t b = 0; b < child->runs.size(); ++b) {
+    const Run& columns = child->runs[b];
+    for (int k = 0; k < columns.size; ++k) {
+      const double* in = from.remainder + static_cast<std::size_t>(columns.child + k) * stride;
+      const int column = columns.parent + k;
+      AddTo(Element(front, column, column), in + columns.child + k, columns.size - k);
+      for (std::size_t a = b + 1; a < child->runs.size(); ++a) {
+        const Run& rows = child->runs[a];
+        if (rows.parent > columns.parent) {
+          AddTo(Element(front, rows.parent, column), in + rows.child, rows.size);
+        } else {  // the parent's order is the other way round
+          for (int r = 0; r < rows.size; ++r) *Element(front, column, rows.parent + r) += in[rows.child + r];
+        }
+      }
+      *Element(front, last_row, column) += in[from.separator];
+      clique->diagonal[column] += child->diagonal[child->frontal + columns.child + k];
+    }
+  }
+}
+
+// Returns the variable at which the system is singular, or -1.
+int BayesTree::EliminateClique(int c) {
+  Clique& clique = cliques_[c];
+  clique.panel.Reset(clique.front().panel_size());
+  clique.remainder.Reset(clique.front().remainder_size());
+  clique.diagonal.assign(clique.frontal + clique.separator, 0.0);
+  for (const int f : clique.factors) AssembleFactor(factors_[f], &clique);
+  for (const int child : clique.children) AssembleChild(&cliques_[child], &clique);
+  const int bad = FactorizeFront(clique.front(), clique.diagonal.data(), kSingularPivot);
+  if (bad < 0) return -1;
+  int end = 0;
+  for (const int v : clique.variables) {
+    end += variables_.tangent_size(v);
+    if (bad < end) return v;
+  }
+  return clique.variables.front();
+}
+
+bool BayesTree::SolveClique(int c, double wildfire) {
+  Clique& clique = cliques_[c];
+  const Front front = clique.front();
+  separator_step_.Reset(front.remainder_stride());
+  double* next = separator_step_.data();
+  for (std::size_t i = clique.frontal_count; i < clique.variables.size(); ++i) {
+    const int v = clique.variables[i];
+    next = std::copy_n(variables_.delta(v), variables_.tangent_size(v), next);
+  }
+  frontal_step_.resize(clique.frontal);
+  SolveFront(front, separator_step_.data(), frontal_step_.data());
+  const double* step = frontal_step_.data();
+  bool any = false;
+  for (int i = 0; i < clique.frontal_count; ++i) {
+    const int v = clique.variables[i];
+    if (variables_.ScaledDistance(v, step, variables_.delta(v)) > wildfire) {
+      std::copy_n(step, variables_.tangent_size(v), variables_.delta(v));
+      is_changed_[v] = 1;
+      changed_.push_back(v);
+      any = true;
+    }
+    step += variables_.tangent_size(v);
+  }
+  return any;
+}
+
+const std::vector<int>& BayesTree::Solve(double wildfire) {
+  for (const int v : changed_) is_changed_[v] = 0;
+  changed_.clear();
+  std::vector<int> stack(roots_.rbegin(), roots_.rend());
+  while (!stack.empty()) {
+    const int c = stack.back();
+    stack.pop_back();
+    Clique& clique = cliques_[c];
+    const bool reached =
+        clique.solve || std::any_of(clique.variables.begin() + clique.frontal_count, clique.variables.end(),
+                                    [&](int v) { return is_changed_[v] != 0; });
+    if (!reached) continue;
+    clique.solve = false;
+    SolveClique(c, wildfire);
+    stack.insert(stack.end(), clique.children.rbegin(), clique.children.rend());
+  }
+  return changed_;
+}
+
+}  // namespace mlvi::internal

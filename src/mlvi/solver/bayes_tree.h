@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "mlvi/solver/elimination_forest.h"
+#include "mlvi/solver/factor_table.h"
+#include "mlvi/solver/variable_table.h"
+
+namespace mlvi::internal {
+
+// The Bayes tree of iSAM2 (Kaess et al. 2012, section 3) in information form: every clique holds its part of the
+// Cholesky factor and the Schur complement that it hands to its parent, so that any top of the tree can be eliminated
+// anew from its own factors and the Schur complements of the subtrees that hang below it.
+class BayesTree {
+ public:
+  // Borrows both tables, which the owner may extend between calls.
+  BayesTree(VariableTable* variables, std::vector<Factor>* factors) : variables_(*variables), factors_(*factors) {}
+
+  // Changes the structure (iSAM2, algorithm 3): takes out all cliques between the variables `touched` and the roots,
+  // and orders the variables of those cliques anew, together with the variables of `touched` that were not in the tree,
+  // the factors `added`, and without factors that are no longer alive. Variables in `newest` are eliminated last. New
+  // cliques are dirty. Returns the number of variables ordered.
+  int Restructure(const std::vector<int>& touched, const std::vector<int>& added, const std::vector<int>& newest);
+  // The clique must be eliminated again, and so must all above it.
+  void MarkDirty(int clique);
+
+  struct Elimination {
+    int cliques = 0;
+    std::optional<int> singular_variable;  // the tree is then of no use until Clear
+  };
+  // Eliminates all dirty cliques, children before parents.
+  Elimination Eliminate();
+
+  // Solves for the steps, from the roots down, in the cliques eliminated since the last call and wherever a step above
+  // changed by more than `wildfire` in units of the variable's scale (iSAM2, section 5.2 "partial state updates").
+  // Smaller changes are not stored, so they cannot add up unseen. Returns the variables whose steps changed.
+  const std::vector<int>& Solve(double wildfire);
+
+  // Covariance of the steps of `variables` (tangent space at the linearisation points).
+  Eigen::MatrixXd Covariance(const std::vector<int>& variables) const;
+
+  void Clear();
+  int clique_count() const { return static_cast<int>(cliques_.size() - free_.size()); }
+  bool Holds(int variable) const {
+    return variable < static_cast<int>(clique_of_.size()) && clique_of_[variable] >= 0;
+  }
+
+ private:
+  // A part of a child's separator that is contiguous in the front of the parent, too.
+  struct Run {
+    int child = 0, parent = 0, size = 0;
+  };
+  struct Clique {
+    std::vector<int> variables;  // frontal ones first
+    int frontal_count = 0;
+    int frontal = 0, separator = 0;  // dimensions
+    int parent = -1;
+    std::vector<int> children, factors;
+    std::vector<Run> runs;  // of the separator in the parent's front
+    AlignedBuffer panel, remainder;
+    // Per dimension of the front: the sum of the diagonals of all factors of this subtree, by which pivots are judged.
+    std::vector<double> diagonal;
+    bool dirty = false, solve = false, removed = false;
+
+    Front front() {
+      return {.frontal = frontal, .separator = separator, .panel = panel.data(), .remainder = remainder.data()};
+    }
+  };
+  // The top of the tree that a Restructure takes out.
+  struct Top {
+    std::vector<int> variables, factors, orphans;
+  };
+
+  Top Detach(const std::vector<int>& touched);
+  Hypergraph BuildHypergraph(const Top& top);
+  void Attach(const Top& top, const EliminationForest& forest);
+  void AddCliques(const Top& top, const EliminationForest& forest, std::vector<int>* index);
+  void PlaceCoordinates(Clique* clique);
+  int FirstEliminated(const int* begin, const int* end, const EliminationForest& forest) const;
+  int NewClique();
+
+  int EliminateClique(int c);
+  void AssembleFactor(const Factor& factor, Clique* clique) const;
+  static void AssembleChild(Clique* child, Clique* clique);
+  std::vector<int> DirtyBottomUp() const;
+  bool SolveClique(int c, double wildfire);
+  std::vector<int> PathsToRoots(const std::vector<int>& variables) const;
+
+  VariableTable& variables_;
+  std::vector<Factor>& factors_;
+  std::vector<Clique> cliques_;
+  std::vector<int> free_, roots_, dirty_;
+  std::vector<int> clique_of_;                // per variable: where it is frontal
+  std::vector<int> local_;                    // scratch per variable
+  std::vector<int> changed_;
+  std::vector<char> is_changed_;
+  AlignedBuffer separator_step_;
+  std::vector<double> frontal_step_;
+};
+
+}  // namespace mlvi::internal

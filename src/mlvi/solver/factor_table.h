@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mlvi/solver/front_cholesky.h"
+#include "mlvi/solver/variable_table.h"
+
+namespace mlvi::internal {
+
+// One factor and its quadratic approximation 1/2 d^T H d - b^T d around the linearisation points of its variables.
+struct Factor {
+  std::shared_ptr<const ceres::CostFunction> cost;  // null once removed
+  std::shared_ptr<const ceres::LossFunction> loss;
+  std::vector<int> variables;
+  std::vector<int> start;  // tangent offset of every variable in H, and their total
+  // Column k < dimension() of H in rows 0..dimension()-1, with b_k in row dimension().
+  AlignedBuffer hessian;
+
+  // Where the Bayes tree adds it: the clique, and per variable the coordinate in its front.
+  int clique = -1;
+  std::vector<int> coordinate;
+
+  bool alive() const { return cost != nullptr; }
+  int dimension() const { return start.back(); }
+  int stride() const { return PadRows(dimension() + 1); }
+};
+
+// Memory for evaluating factors, kept between calls.
+class FactorWorkspace {
+ public:
+  // Evaluates at the linearisation points and fills factor->hessian. The loss enters as a weight of the residual
+  // (iteratively reweighted least squares), so H is positive semidefinite. False when the cost function refuses or a
+  // number is not finite; the factor is then as before.
+  bool Linearize(const VariableTable& variables, Factor* factor);
+  // 1/2 loss(|cost|^2) at the estimate; NaN when the cost function refuses.
+  double Objective(const VariableTable& variables, const Factor& factor);
+
+ private:
+  // Residual and tangent Jacobian into augmented_: rows of stride() numbers, the residual behind the Jacobian.
+  bool EvaluateAugmented(const VariableTable& variables, const Factor& factor);
+
+  std::vector<const double*> parameters_;
+  std::vector<double> residuals_, ambient_;
+  std::vector<double*> jacobians_;
+  AlignedBuffer augmented_;
+};
+
+}  // namespace mlvi::internal

@@ -1,0 +1,315 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/solver/incremental_smoother.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/solver/bayes_tree.h"
+#include "mlvi/solver/factor_table.h"
+#include "mlvi/solver/variable_table.h"
+
+namespace mlvi {
+namespace {
+
+// Factors per chunk of the parallel linearisation.
+constexpr std::size_t kFactorGrain = 64;
+
+void SortUnique(std::vector<int>* values) {
+  std::ranges::sort(*values);
+  values->erase(std::unique(values->begin(), values->end()), values->end());
+}
+
+}  // namespace
+
+class IncrementalSmoother::Impl {
+ public:
+  explicit Impl(const IncrementalSmootherConfig& config) : config_(config), tree_(&variables_, &factors_) {
+    MLVI_CHECK(config.relinearize_threshold >= 0.0, "relinearize_threshold {}", config.relinearize_threshold);
+    MLVI_CHECK(config.wildfire_threshold >= 0.0, "wildfire_threshold {}", config.wildfire_threshold);
+    MLVI_CHECK(config.max_rounds >= 1, "max_rounds {}", config.max_rounds);
+  }
+
+  VariableId AddVariable(std::span<const double> value, std::shared_ptr<const ceres::Manifold> manifold,
+                         std::span<const double> scale) {
+    factors_of_.emplace_back();
+    return VariableId(variables_.Add(value, std::move(manifold), scale));
+  }
+
+  FactorId AddFactor(std::shared_ptr<const ceres::CostFunction> cost, std::shared_ptr<const ceres::LossFunction> loss,
+                     std::span<const VariableId> variables);
+  void RemoveFactor(FactorId factor);
+  Expected<IncrementalSmootherSummary> Update();
+  void DiscardPending();
+
+  const internal::VariableTable& variables() const { return variables_; }
+  int CheckedIndex(VariableId id) const {
+    MLVI_CHECK(id.value() >= 0 && id.value() < variables_.size(), "variable {} of {}", id.value(), variables_.size());
+    return static_cast<int>(id.value());
+  }
+  bool Contains(FactorId id) const {
+    return id.value() >= 0 && id.value() < static_cast<std::int64_t>(factors_.size()) &&
+           factors_[id.value()].alive() && !is_removed_[id.value()];
+  }
+  int factor_count() const { return factor_count_; }
+
+  Eigen::MatrixXd Covariance(std::span<const VariableId> ids) const;
+  double Objective() const;
+  double FactorObjective(FactorId id) const;
+
+ private:
+  // The factors that one round linearises anew, without repetition.
+  std::vector<int> FactorsOf(const std::vector<int>& moved) const;
+  std::optional<Error> Linearize(const std::vector<int>& factors);
+  std::vector<int> BeyondThreshold() const;
+  std::optional<Error> Iterate(IncrementalSmootherSummary* summary);
+  void Commit();
+  void RestoreCommitted(const std::vector<double>& estimates);
+  Error Describe(int factor) const;
+
+  IncrementalSmootherConfig config_;
+  internal::VariableTable variables_;
+  std::vector<internal::Factor> factors_;
+  std::vector<std::vector<int>> factors_of_;  // per variable
+  internal::BayesTree tree_;
+  // What the last successful Update knew, and what was taken away since.
+  int committed_variables_ = 0, committed_factors_ = 0;
+  std::vector<int> pending_removals_;
+  std::vector<char> is_removed_;  // per factor
+  int factor_count_ = 0;
+};
+
+FactorId IncrementalSmoother::Impl::AddFactor(std::shared_ptr<const ceres::CostFunction> cost,
+                                              std::shared_ptr<const ceres::LossFunction> loss,
+                                              std::span<const VariableId> variables) {
+  MLVI_CHECK(cost != nullptr, "a factor without cost function");
+  const std::vector<std::int32_t>& sizes = cost->parameter_block_sizes();
+  MLVI_CHECK(sizes.size() == variables.size(), "{} variables for {} parameter blocks", variables.size(), sizes.size());
+  internal::Factor factor;
+  factor.start = {0};
+  for (std::size_t i = 0; i < variables.size(); ++i) {
+    const int v = CheckedIndex(variables[i]);
+    MLVI_CHECK(variables_.ambient_size(v) == sizes[i], "variable {} has size {}, block {} of the factor {}", v,
+               variables_.ambient_size(v), i, sizes[i]);
+    MLVI_CHECK(std::ranges::find(factor.variables, v) == factor.variables.end(), "variable {} twice in a factor", v);
+    factor.variables.push_back(v);
+    factor.start.push_back(factor.start.back() + variables_.tangent_size(v));
+  }
+  const int index = static_cast<int>(factors_.size());
+  for (const int v : factor.variables) factors_of_[v].push_back(index);
+  factor.cost = std::move(cost);
+  factor.loss = std::move(loss);
+  factors_.push_back(std::move(factor));
+  is_removed_.push_back(0);
+  ++factor_count_;
+  return FactorId(index);
+}
+
+void IncrementalSmoother::Impl::RemoveFactor(FactorId id) {
+  MLVI_CHECK(Contains(id), "factor {} is not present", id.value());
+  is_removed_[id.value()] = 1;
+  pending_removals_.push_back(static_cast<int>(id.value()));
+  --factor_count_;
+}
+
+Error IncrementalSmoother::Impl::Describe(int factor) const {
+  std::string names;
+  for (const int v : factors_[factor].variables) names += fmt::format("{}{}", names.empty() ? "" : ", ", v);
+  return Error{ErrorKind::kEstimation,
+               fmt::format("factor {} between variables {} cannot be evaluated or gives a number that is not finite; "
+                           "check its measurement and the values of its variables, or remove it",
+                           factor, names)};
+}
+
+std::vector<int> IncrementalSmoother::Impl::FactorsOf(const std::vector<int>& moved) const {
+  std::vector<int> factors;
+  for (const int v : moved) {
+    for (const int f : factors_of_[v]) {
+      if (factors_[f].clique >= 0 && !is_removed_[f]) factors.push_back(f);
+    }
+  }
+  SortUnique(&factors);
+  return factors;
+}
+
+std::optional<Error> IncrementalSmoother::Impl::Linearize(const std::vector<int>& factors) {
+  std::vector<char> failed(factors.size(), 0);
+  ParallelForChunks(factors.size(), kFactorGrain, [&](std::size_t begin, std::size_t end) {
+    internal::FactorWorkspace workspace;
+    for (std::size_t i = begin; i < end; ++i) failed[i] = !workspace.Linearize(variables_, &factors_[factors[i]]);
+  });
+  const auto bad = std::ranges::find(failed, 1);
+  if (bad == failed.end()) return std::nullopt;
+  return Describe(factors[bad - failed.begin()]);
+}
+
+std::vector<int> IncrementalSmoother::Impl::BeyondThreshold() const {
+  std::vector<int> moved;
+  for (int v = 0; v < variables_.size(); ++v) {
+    if (variables_.ScaledStep(v) > config_.relinearize_threshold) moved.push_back(v);
+  }
+  return moved;
+}
+
+Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
+  std::vector<int> added;
+  for (int f = committed_factors_; f < static_cast<int>(factors_.size()); ++f) {
+    if (!is_removed_[f]) added.push_back(f);
+  }
+  if (std::optional<Error> error = Linearize(added)) return tl::unexpected(*error);
+
+  IncrementalSmootherSummary summary;
+  const std::vector<double> estimates = variables_.estimates();
+  std::vector<int> touched, newest;
+  for (int v = committed_variables_; v < variables_.size(); ++v) newest.push_back(v);
+  touched = newest;
+  for (const std::vector<int>* changed : {&added, &pending_removals_}) {
+    for (const int f : *changed) {
+      touched.insert(touched.end(), factors_[f].variables.begin(), factors_[f].variables.end());
+    }
+  }
+  SortUnique(&touched);
+  // Removed factors vanish from the tree, but can come back (DiscardPending) until the update has succeeded.
+  std::vector<std::shared_ptr<const ceres::CostFunction>> removed;
+  for (const int f : pending_removals_) removed.push_back(std::move(factors_[f].cost));
+  if (!touched.empty()) summary.reordered_variables = tree_.Restructure(touched, added, newest);
+
+  if (std::optional<Error> error = Iterate(&summary)) {
+    for (std::size_t i = 0; i < removed.size(); ++i) factors_[pending_removals_[i]].cost = std::move(removed[i]);
+    RestoreCommitted(estimates);
+    return tl::unexpected(*error);
+  }
+  Commit();
+  summary.cliques = tree_.clique_count();
+  return summary;
+}
+
+std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSummary* summary) {
+  std::vector<int> moved = BeyondThreshold();
+  do {
+    ++summary->rounds;
+    for (const int v : moved) variables_.MoveLinearizationToEstimate(v);
+    const std::vector<int> stale = FactorsOf(moved);
+    if (std::optional<Error> error = Linearize(stale)) return error;
+    for (const int f : stale) tree_.MarkDirty(factors_[f].clique);
+    summary->relinearized_variables += static_cast<int>(moved.size());
+    summary->relinearized_factors += static_cast<int>(stale.size());
+
+    const internal::BayesTree::Elimination elimination = tree_.Eliminate();
+    summary->reeliminated_cliques += elimination.cliques;
+    if (elimination.singular_variable) {
+      return Error{ErrorKind::kEstimation,
+                   fmt::format("the factors do not determine variable {}: add a prior or the missing factors",
+                               *elimination.singular_variable)};
+    }
+    for (const int v : tree_.Solve(config_.wildfire_threshold)) variables_.UpdateEstimate(v);
+    moved = BeyondThreshold();
+  } while (!moved.empty() && summary->rounds < config_.max_rounds);
+  summary->converged = moved.empty();
+  return std::nullopt;
+}
+
+void IncrementalSmoother::Impl::Commit() {
+  for (const int f : pending_removals_) {
+    for (const int v : factors_[f].variables) std::erase(factors_of_[v], f);
+    factors_[f] = internal::Factor{};
+  }
+  pending_removals_.clear();
+  committed_variables_ = variables_.size();
+  committed_factors_ = static_cast<int>(factors_.size());
+}
+
+// Back to the state of the last successful Update, with the same estimates and new linearisation points at them.
+void IncrementalSmoother::Impl::RestoreCommitted(const std::vector<double>& estimates) {
+  variables_.Restore(estimates);
+  tree_.Clear();
+  std::vector<int> variables(committed_variables_), factors;
+  for (int v = 0; v < committed_variables_; ++v) variables[v] = v;
+  for (int f = 0; f < committed_factors_; ++f) {
+    if (factors_[f].alive()) factors.push_back(f);
+  }
+  // A factor that cannot be evaluated even at the estimate keeps its last approximation.
+  (void)Linearize(factors);
+  if (variables.empty()) return;
+  tree_.Restructure(variables, factors, {});
+  (void)tree_.Eliminate();
+}
+
+void IncrementalSmoother::Impl::DiscardPending() {
+  for (const int f : pending_removals_) {
+    is_removed_[f] = 0;
+    ++factor_count_;
+  }
+  pending_removals_.clear();
+  for (int f = static_cast<int>(factors_.size()) - 1; f >= committed_factors_; --f) {
+    for (const int v : factors_[f].variables) std::erase(factors_of_[v], f);
+    --factor_count_;
+  }
+  factors_.resize(committed_factors_);
+  is_removed_.resize(committed_factors_);
+  variables_.Truncate(committed_variables_);
+  factors_of_.resize(committed_variables_);
+}
+
+Eigen::MatrixXd IncrementalSmoother::Impl::Covariance(std::span<const VariableId> ids) const {
+  std::vector<int> variables;
+  for (const VariableId id : ids) {
+    const int v = CheckedIndex(id);
+    MLVI_CHECK(v < committed_variables_, "variable {} has no covariance before the next Update", v);
+    MLVI_CHECK(std::ranges::find(variables, v) == variables.end(), "variable {} given twice", v);
+    variables.push_back(v);
+  }
+  return tree_.Covariance(variables);
+}
+
+double IncrementalSmoother::Impl::FactorObjective(FactorId id) const {
+  MLVI_CHECK(Contains(id), "factor {} is not present", id.value());
+  return internal::FactorWorkspace().Objective(variables_, factors_[id.value()]);
+}
+
+double IncrementalSmoother::Impl::Objective() const {
+  internal::FactorWorkspace workspace;
+  double sum = 0.0;
+  for (std::size_t f = 0; f < factors_.size(); ++f) {
+    if (factors_[f].alive() && !is_removed_[f]) sum += workspace.Objective(variables_, factors_[f]);
+  }
+  return sum;
+}
+
+IncrementalSmoother::IncrementalSmoother(const IncrementalSmootherConfig& config)
+    : impl_(std::make_unique<Impl>(config)) {}
+IncrementalSmoother::~IncrementalSmoother() = default;
+IncrementalSmoother::IncrementalSmoother(IncrementalSmoother&&) noexcept = default;
+IncrementalSmoother& IncrementalSmoother::operator=(IncrementalSmoother&&) noexcept = default;
+
+VariableId IncrementalSmoother::AddVariable(std::span<const double> value,
+                                            std::shared_ptr<const ceres::Manifold> manifold,
+                                            std::span<const double> scale) {
+  return impl_->AddVariable(value, std::move(manifold), scale);
+}
+FactorId IncrementalSmoother::AddFactor(std::shared_ptr<const ceres::CostFunction> cost,
+                                        std::shared_ptr<const ceres::LossFunction> loss,
+                                        std::span<const VariableId> variables) {
+  return impl_->AddFactor(std::move(cost), std::move(loss), variables);
+}
+void IncrementalSmoother::RemoveFactor(FactorId factor) { impl_->RemoveFactor(factor); }
+Expected<IncrementalSmootherSummary> IncrementalSmoother::Update() { return impl_->Update(); }
+void IncrementalSmoother::DiscardPending() { impl_->DiscardPending(); }
+std::span<const double> IncrementalSmoother::Estimate(VariableId variable) const {
+  const int v = impl_->CheckedIndex(variable);
+  return {impl_->variables().estimate(v), static_cast<std::size_t>(impl_->variables().ambient_size(v))};
+}
+Eigen::MatrixXd IncrementalSmoother::MarginalCovariance(VariableId variable) const {
+  return impl_->Covariance(std::span(&variable, 1));
+}
+Eigen::MatrixXd IncrementalSmoother::MarginalCovariance(std::span<const VariableId> variables) const {
+  return impl_->Covariance(variables);
+}
+double IncrementalSmoother::Objective() const { return impl_->Objective(); }
+double IncrementalSmoother::FactorObjective(FactorId factor) const { return impl_->FactorObjective(factor); }
+int IncrementalSmoother::variable_count() const { return impl_->variables().size(); }
+int IncrementalSmoother::factor_count() const { return impl_->factor_count(); }
+bool IncrementalSmoother::Contains(FactorId factor) const { return impl_->Contains(factor); }
+
+}  // namespace mlvi
