@@ -37,7 +37,7 @@ struct Lio::Impl {
   std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
   void Remember(std::span<const ImuSample> samples);
   LioResult Begin(const LidarSweep& sweep);
-  Propagation Predict(const LidarSweep& sweep) const;
+  Prediction PredictTo(const LidarSweep& sweep) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
   SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep);
   RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
@@ -66,10 +66,10 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
   if (const auto rejection = impl_->Rejection(sweep)) return *rejection;
   if (impl_->start) return impl_->Begin(sweep);
 
-  const Propagation propagation = impl_->Predict(sweep);
-  const StateEstimate prior = guess ? FuseMotionGuess(impl_->estimate, propagation, *guess)
-                                    : StateEstimate{propagation.states.back(), propagation.covariance};
-  const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, propagation.states);
+  const Prediction prediction = impl_->PredictTo(sweep);
+  const StateEstimate prior =
+      guess ? FuseMotionGuess(impl_->estimate, prediction, *guess) : prediction.end;
+  const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, prediction.trajectory);
   const SweepFeatures features = impl_->TimedFeatures(deskewed, sweep);
   const RegistrationResult registration = impl_->TimedRegister(features, prior);
   if (registration.correspondences < impl_->config.registration.min_correspondences) {
@@ -81,7 +81,7 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
 std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
   LioResult result;
   result.status = LioResult::Status::kRejected;
-  const Time last = start ? Time() : estimate.mean.stamp;
+  const Time last = start ? Time() : estimate.mean.nav.stamp;
   if (sweep.points.empty()) {
     result.rejection = "empty sweep";
     result.reason = fmt::format("the sweep at {} has no points: driver hiccup or covered sensor", ToString(sweep.stamp));
@@ -130,15 +130,14 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
     result.estimates.push_back({.state = state, .covariance = first->covariance, .degeneracy = {}});
     result.clouds.push_back(std::make_shared<PointCloud>(features.map_planes));
   }
-  Accept({first->states.back(), first->covariance});
-  last_registered = estimate.mean.stamp;
+  Accept(AnchorToMap(first->states.back(), first->covariance));
+  last_registered = estimate.mean.nav.stamp;
   start.reset();
   return result;
 }
 
-Propagation Lio::Impl::Predict(const LidarSweep& sweep) const {
-  return Propagate(estimate.mean, estimate.covariance, SamplesBetween(imu, estimate.mean.stamp, sweep.end()), rig.imu,
-                   rig.gravity);
+Prediction Lio::Impl::PredictTo(const LidarSweep& sweep) const {
+  return Predict(estimate, SamplesBetween(imu, estimate.mean.nav.stamp, sweep.end()), rig.imu, rig.gravity);
 }
 
 DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory) {
@@ -159,7 +158,7 @@ RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features, const
 void Lio::Impl::Accept(const StateEstimate& accepted) {
   estimate = accepted;
   // The last sample before the estimate stays: interpolation at its instant needs it.
-  auto first = std::upper_bound(imu.begin(), imu.end(), estimate.mean.stamp,
+  auto first = std::upper_bound(imu.begin(), imu.end(), estimate.mean.nav.stamp,
                                 [](Time t, const ImuSample& sample) { return t < sample.stamp; });
   if (first != imu.begin()) imu.erase(imu.begin(), first - 1);
 }
@@ -167,12 +166,12 @@ void Lio::Impl::Accept(const StateEstimate& accepted) {
 LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration) {
   const StageTimes::Scope timer(times, "lio/map");
   Accept(registration.estimate);
-  last_registered = estimate.mean.stamp;
+  last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
-  result.new_share = map.Insert(features, estimate.mean.T_world_body);
+  result.new_share = map.Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.push_back(
-      {.state = estimate.mean, .covariance = estimate.covariance, .degeneracy = registration.degeneracy});
+      {.state = estimate.mean.nav, .covariance = ReportedCovariance(estimate, Matrix6d::Zero()), .degeneracy = registration.degeneracy});
   result.clouds.push_back(std::make_shared<PointCloud>(features.map_planes));
   return result;
 }
@@ -182,27 +181,27 @@ LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResul
   Accept(prior);
   LioResult result = Figures(registration, LioResult::Status::kRejected);
   result.rejection = "not registered";
-  const double silence = (prior.mean.stamp - last_registered).seconds();
+  const double silence = (prior.mean.nav.stamp - last_registered).seconds();
   result.reason = fmt::format("{} of {} points found a place in the local map of {} points, fewer than "
                               "lio.registration.min_correspondences = {}; predicted by the IMU for {:.1f} s",
                               registration.correspondences, registration.offered, map.size(),
                               config.registration.min_correspondences, silence);
   if (silence < config.lost_after) return result;
   map.Clear();
-  map.Insert(features, prior.mean.T_world_body);
-  last_registered = prior.mean.stamp;
+  map.Insert(features, prior.mean.nav.T_world_body);
+  last_registered = prior.mean.nav.stamp;
   result.reason += "; a new local map begins at the predicted pose";
   return result;
 }
 
 void Lio::Correct(const NavState& corrected) {
   if (impl_->start) return;
-  const Pose3 T_new_old = corrected.T_world_body * impl_->estimate.mean.T_world_body.inverse();
+  const Pose3 T_new_old = corrected.T_world_body * impl_->estimate.mean.nav.T_world_body.inverse();
   impl_->map.Transform(T_new_old);
-  const Time stamp = impl_->estimate.mean.stamp;
+  const Time stamp = impl_->estimate.mean.nav.stamp;
   MLVI_CHECK(corrected.stamp == stamp, "corrected state of {} for an estimate at {}", ToString(corrected.stamp),
              ToString(stamp));
-  impl_->estimate.mean = corrected;
+  impl_->estimate.mean.nav = corrected;
 }
 
 }  // namespace mlvi

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kGrain = 512;
 constexpr int kSolvesPerAssociation = 2;
-using Matrix15x6d = Eigen::Matrix<double, 15, 6>;
+using PoseColumnsMatrix = Eigen::Matrix<double, kFilterSize, 6>;
 
 Vector6d Row(const Correspondence& c, const Eigen::Matrix3d& R_body_world) {
   Vector6d h;
@@ -21,21 +21,21 @@ Vector6d Row(const Correspondence& c, const Eigen::Matrix3d& R_body_world) {
 }
 
 // d(BoxMinus(x boxplus d, prior)) / d(d): identity but for the rotation.
-Matrix15d PriorJacobian(const NavState& x, const NavState& prior) {
-  Matrix15d J = Matrix15d::Identity();
+FilterMatrix PriorJacobian(const FilterState& x, const FilterState& prior) {
+  FilterMatrix J = FilterMatrix::Identity();
   J.block<3, 3>(nav_index::kRotation, nav_index::kRotation) =
       RightJacobianInverseSo3(BoxMinus(x, prior).segment<3>(nav_index::kRotation));
   return J;
 }
 
-Matrix15x6d PoseColumns(const Matrix15d& P) {
-  Matrix15x6d columns;
+PoseColumnsMatrix PoseColumns(const FilterMatrix& P) {
+  PoseColumnsMatrix columns;
   columns << P.middleCols<3>(nav_index::kPosition), P.middleCols<3>(nav_index::kRotation);
   return columns;
 }
 
-Matrix6d PoseBlock(const Matrix15d& P) {
-  const Matrix15x6d columns = PoseColumns(P);
+Matrix6d PoseBlock(const FilterMatrix& P) {
+  const PoseColumnsMatrix columns = PoseColumns(P);
   Matrix6d block;
   block << columns.middleRows<3>(nav_index::kPosition), columns.middleRows<3>(nav_index::kRotation);
   return block;
@@ -43,21 +43,21 @@ Matrix6d PoseBlock(const Matrix15d& P) {
 
 // The optimum of prior and measurement, both expressed in the tangent space at the prior mean.
 struct Update {
-  Vector15d displacement;  // from the prior mean
-  Matrix15d covariance;
+  FilterVector displacement;  // from the prior mean
+  FilterMatrix covariance;
 };
 
 // Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above. With S selecting the pose,
 //   d = -P S^T (I + A P_ss)^-1 b,   P+ = P - P S^T (I + A P_ss)^-1 A S P.
-Update Solve(const StateEstimate& prior, const NavState& x, Matrix6d A, Vector6d b) {
+Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vector6d b) {
   Matrix6d J_inverse = Matrix6d::Identity();
-  const Vector15d e = BoxMinus(x, prior.mean);
+  const FilterVector e = BoxMinus(x, prior.mean);
   J_inverse.bottomRightCorner<3, 3>() = RightJacobianSo3(e.segment<3>(nav_index::kRotation));
   Vector6d e_pose;
   e_pose << e.segment<3>(nav_index::kPosition), e.segment<3>(nav_index::kRotation);
   b = J_inverse.transpose() * (b - A * J_inverse * e_pose);
   A = J_inverse.transpose() * A * J_inverse;
-  const Matrix15x6d PS = PoseColumns(prior.covariance);
+  const PoseColumnsMatrix PS = PoseColumns(prior.covariance);
   const Matrix6d M = Matrix6d::Identity() + A * PoseBlock(prior.covariance);
   const Eigen::PartialPivLU<Matrix6d> lu(M);
   Update update;
@@ -89,8 +89,8 @@ Matrix6d FeignedInformation(const std::vector<Correspondence>& correspondences, 
       [](Matrix6d& sum, const Matrix6d& part) { sum += part; });
 }
 
-bool Small(const NavState& a, const NavState& b, const RegistrationConfig& config) {
-  const Vector15d step = BoxMinus(a, b);
+bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig& config) {
+  const FilterVector step = BoxMinus(a, b);
   return step.segment<3>(nav_index::kPosition).norm() < config.step_tolerance_m &&
          step.segment<3>(nav_index::kRotation).norm() < config.step_tolerance_rad;
 }
@@ -135,29 +135,29 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, 
   RegistrationResult result;
   result.estimate = prior;
   result.offered = static_cast<int>(features.planes.size() + features.edges.size());
-  AssociationOptions options{.T_world_body = prior.mean.T_world_body,
+  AssociationOptions options{.T_world_body = prior.mean.nav.T_world_body,
                              .pose_covariance = PoseBlock(prior.covariance),
                              .p_body_lidar = lidar.T_body_lidar.translation(),
                              .range_noise = lidar.range_noise,
                              .beam_noise = lidar.beam_noise};
-  NavState x = prior.mean;
+  FilterState x = prior.mean;
   while (!result.converged && result.iterations < config.max_iterations) {
     ++result.iterations;
-    options.T_world_body = x.T_world_body;
+    options.T_world_body = x.nav.T_world_body;
     const std::vector<Correspondence> correspondences = Associate(features, map, options, config);
-    const NavState before = x;
+    const FilterState before = x;
     for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
-      PoseNormalEquations sums = Linearize(correspondences, x.T_world_body, config);
+      PoseNormalEquations sums = Linearize(correspondences, x.nav.T_world_body, config);
       result.correspondences = sums.inliers;
       result.rms_residual = sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
       const DegenerateDirections directions =
-          FindDegeneracy(sums.A, FeignedInformation(correspondences, x.T_world_body, config),
-                         x.T_world_body.rotation(), degeneracy);
+          FindDegeneracy(sums.A, FeignedInformation(correspondences, x.nav.T_world_body, config),
+                         x.nav.T_world_body.rotation(), degeneracy);
       Deflate(directions.motions, sums.A, sums.b);
       const Update update = Solve(prior, x, sums.A, sums.b);
-      const NavState next = BoxPlus(prior.mean, update.displacement);
-      const Matrix15d J_inverse = PriorJacobian(next, prior.mean).inverse();
+      const FilterState next = BoxPlus(prior.mean, update.displacement);
+      const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();
       result.estimate = {next, J_inverse * update.covariance * J_inverse.transpose()};
       result.degeneracy = directions.report;
       const bool small = Small(next, x, config);

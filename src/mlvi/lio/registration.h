@@ -4,14 +4,9 @@
 
 #include "mlvi/lio/association.h"
 #include "mlvi/lio/degeneracy.h"
+#include "mlvi/lio/filter_state.h"
 
 namespace mlvi {
-
-// A state with its covariance: what the IMU predicts, and what registration makes of it.
-struct StateEstimate {
-  NavState mean;
-  Matrix15d covariance = Matrix15d::Zero();
-};
 
 struct RegistrationResult {
   StateEstimate estimate;

@@ -17,7 +17,7 @@ constexpr double kStepSigmaRad = 0.002;
 constexpr double kGyroscopeScale = 0.02;
 
 Matrix6d PoseChartCovariance(const StateEstimate& estimate) {
-  const Eigen::Matrix3d R = estimate.mean.T_world_body.R();
+  const Eigen::Matrix3d R = estimate.mean.nav.T_world_body.R();
   Matrix6d covariance;
   const auto& P = estimate.covariance;
   covariance << R.transpose() * P.block<3, 3>(nav_index::kPosition, nav_index::kPosition) * R,
@@ -29,8 +29,8 @@ Matrix6d PoseChartCovariance(const StateEstimate& estimate) {
   return covariance;
 }
 
-Matrix15d GuessCovariance(double dt, double angle, double speed_sigma, const ImuSpec& imu) {
-  Matrix15d P = Matrix15d::Zero();
+FilterMatrix GuessCovariance(double dt, double angle, double speed_sigma, const ImuSpec& imu) {
+  FilterMatrix P = FilterMatrix::Zero();
   const double position = speed_sigma * dt + 0.02;
   const double rotation = imu.initial_gyroscope_bias_sigma * dt + kGyroscopeScale * angle + 0.002;
   P.diagonal().segment<3>(nav_index::kPosition).setConstant(position * position);
@@ -98,12 +98,12 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
   const double angle = LogSo3(start.rotation().conjugate() * trajectory.back().T_world_body.rotation()).norm();
   // The speed is a guess until two sweeps are there, then it changes by acceleration.
   const double speed_sigma = kept_.size() < 2 ? config_.start.max_speed : std::min(config_.start.max_speed, 4.0 * dt);
-  const StateEstimate prior{trajectory.back(), GuessCovariance(dt, angle, speed_sigma, rig_.imu)};
+  const StateEstimate prior{{.nav = trajectory.back()}, GuessCovariance(dt, angle, speed_sigma, rig_.imu)};
   RegistrationConfig registration = config_.registration;
   registration.max_iterations = 3 * registration.max_iterations;
   const RegistrationResult result =
       Register(kept.features, map_, prior, *rig_.lidar, registration, config_.degeneracy);
-  kept.T_start_body = result.estimate.mean.T_world_body;
+  kept.T_start_body = result.estimate.mean.nav.T_world_body;
   kept.covariance = PoseChartCovariance(result.estimate);
   return kept;
 }

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/filter_state.h"
+
+#include "mlvi/imu/propagation.h"
+
+namespace mlvi {
+namespace {
+
+using nav_index::kPosition;
+using nav_index::kRotation;
+using nav_index::kVelocity;
+
+// What the first registrations leave unknown about the pose in the map.
+constexpr double kAnchorSigmaM = 0.01;
+constexpr double kAnchorSigmaRad = 0.002;
+// Growth of the tilt's uncertainty: the map bends a little as it grows (rad / sqrt(s)).
+constexpr double kTiltWalk = 1e-4;
+
+Eigen::Quaterniond TiltRotation(const Eigen::Vector2d& tilt) {
+  return ExpSo3(Eigen::Vector3d(tilt.x(), tilt.y(), 0.0));
+}
+
+NavState Rotated(const NavState& state, const Eigen::Quaterniond& R) {
+  NavState result = state;
+  result.T_world_body = Pose3(R, Eigen::Vector3d::Zero()) * state.T_world_body;
+  result.v_world_body = R * state.v_world_body;
+  return result;
+}
+
+// Rotates the world axes of position and velocity.
+Matrix15d WorldRotation(const Eigen::Quaterniond& R) {
+  Matrix15d result = Matrix15d::Identity();
+  result.block<3, 3>(kPosition, kPosition) = R.toRotationMatrix();
+  result.block<3, 3>(kVelocity, kVelocity) = R.toRotationMatrix();
+  return result;
+}
+
+}  // namespace
+
+FilterState BoxPlus(const FilterState& state, const FilterVector& delta) {
+  return {BoxPlus(state.nav, Vector15d(delta.head<15>())), state.tilt + delta.tail<2>()};
+}
+
+FilterVector BoxMinus(const FilterState& a, const FilterState& b) {
+  FilterVector delta;
+  delta << BoxMinus(a.nav, b.nav), a.tilt - b.tilt;
+  return delta;
+}
+
+StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance) {
+  const Eigen::Matrix3d R = state.T_world_body.R();
+  Eigen::Matrix<double, kFilterSize, 15> J = Eigen::Matrix<double, kFilterSize, 15>::Zero();
+  J.block<3, 3>(kVelocity, kVelocity).setIdentity();
+  J.block<3, 3>(kVelocity, kRotation) = Hat(state.v_world_body) * R;
+  J.block<6, 6>(9, 9).setIdentity();
+  J.block<2, 3>(kTilt, kRotation) = -R.topRows<2>();
+  StateEstimate result{.mean = {.nav = state}, .covariance = J * covariance * J.transpose()};
+  result.covariance.diagonal().segment<3>(kPosition).array() += kAnchorSigmaM * kAnchorSigmaM;
+  result.covariance.diagonal().segment<3>(kRotation).array() += kAnchorSigmaRad * kAnchorSigmaRad;
+  return result;
+}
+
+Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drift) {
+  Eigen::Matrix<double, 15, kFilterSize> J = Eigen::Matrix<double, 15, kFilterSize>::Zero();
+  J.leftCols<15>().setIdentity();
+  J.block<3, 2>(kRotation, kTilt) = -estimate.mean.nav.T_world_body.R().transpose().leftCols<2>();
+  Matrix15d result = J * estimate.covariance * J.transpose();
+  result.block<3, 3>(kPosition, kPosition) += drift.topLeftCorner<3, 3>();
+  result.block<3, 3>(kPosition, kRotation) += drift.topRightCorner<3, 3>();
+  result.block<3, 3>(kRotation, kPosition) += drift.bottomLeftCorner<3, 3>();
+  result.block<3, 3>(kRotation, kRotation) += drift.bottomRightCorner<3, 3>();
+  return result;
+}
+
+Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples, const ImuSpec& imu,
+                   double gravity) {
+  const Eigen::Quaterniond R_world_level = TiltRotation(start.mean.tilt);
+  const Matrix15d to_world = WorldRotation(R_world_level);
+  const Matrix15d P = start.covariance.topLeftCorner<15, 15>();
+  const Propagation level = Propagate(Rotated(start.mean.nav, R_world_level.conjugate()),
+                                      to_world.transpose() * P * to_world, samples, imu, gravity);
+  Prediction result;
+  result.trajectory.reserve(level.states.size());
+  for (const NavState& state : level.states) result.trajectory.push_back(Rotated(state, R_world_level));
+
+  const double dt = (samples.back().stamp - samples.front().stamp).seconds();
+  const Eigen::Vector3d gravity_world = R_world_level * Eigen::Vector3d(0.0, 0.0, -gravity);
+  const Eigen::Matrix<double, 3, 2> dg_dtilt = -Hat(gravity_world).leftCols<2>();
+  const Matrix15d F = to_world * level.transition * to_world.transpose();
+  result.transition.setIdentity();
+  result.transition.topLeftCorner<15, 15>() = F;
+  result.transition.block<3, 2>(kVelocity, kTilt) = dt * dg_dtilt;
+  result.transition.block<3, 2>(kPosition, kTilt) = 0.5 * dt * dt * dg_dtilt;
+
+  const Matrix15d noise = to_world * level.covariance * to_world.transpose() - F * P * F.transpose();
+  result.end.mean = {result.trajectory.back(), start.mean.tilt};
+  result.end.covariance = result.transition * start.covariance * result.transition.transpose();
+  result.end.covariance.topLeftCorner<15, 15>() += noise;
+  result.end.covariance.diagonal().tail<2>().array() += kTiltWalk * kTiltWalk * dt;
+  result.end.covariance = (0.5 * (result.end.covariance + result.end.covariance.transpose())).eval();
+  return result;
+}
+
+}  // namespace mlvi

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The filter's view of the state. Its world is that of the local map, which keeps the attitude that the first sweeps
+// were given. Gravity is known only as well as the start knew it, so its direction in that world is a state: frozen, an
+// error of one degree would push every prediction by 0.17 m/s^2.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+#include "mlvi/state/estimates.h"
+
+namespace mlvi {
+
+// Error-state order: the 15 of NavState, then the tilt of gravity (rotation about the world's x and y, rad).
+inline constexpr int kFilterSize = 17;
+inline constexpr int kTilt = 15;
+using FilterVector = Eigen::Matrix<double, kFilterSize, 1>;
+using FilterMatrix = Eigen::Matrix<double, kFilterSize, kFilterSize>;
+
+struct FilterState {
+  NavState nav;
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  // gravity_world = Exp(tilt_x, tilt_y, 0) (0, 0, -g)
+};
+
+FilterState BoxPlus(const FilterState& state, const FilterVector& delta);
+FilterVector BoxMinus(const FilterState& a, const FilterState& b);
+
+struct StateEstimate {
+  FilterState mean;
+  FilterMatrix covariance = FilterMatrix::Zero();
+};
+
+// The estimate that follows from first states in the gravity-aligned world with covariance `covariance`: the world of
+// the map is defined by the estimated pose, so what is unknown about roll and pitch becomes the tilt of gravity, and
+// velocity errors turn along. What a registration leaves unknown about the pose is added.
+StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance);
+
+// The same in the other direction, for a reader who takes the world's z for the direction of gravity: the tilt counts
+// as an error of the attitude. `drift` is the covariance of the map itself, in the chart of the pose (world position,
+// body rotation).
+Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drift);
+
+struct Prediction {
+  std::vector<NavState> trajectory;  // one per sample
+  StateEstimate end;                 // of the last sample
+  FilterMatrix transition;           // d(error at the end) / d(error at the start)
+};
+
+// Integrates the IMU from `start`, valid at samples.front().stamp.
+Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples, const ImuSpec& imu, double gravity);
+
+}  // namespace mlvi
