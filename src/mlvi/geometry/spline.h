@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Smooth motion: a uniform cubic cumulative B-spline on R^3 x SO(3). Twice continuously differentiable, so that an
-// IMU on it reads what a real one reads. References: Kim, Kim and Shin, "A general construction scheme for unit
-// quaternion curves" (1995); Sommer et al., "Efficient derivative computation for cumulative B-splines on Lie groups"
-// (2020).
+// Smooth motion: a uniform cubic cumulative B-spline on R^3 x SO(3). Twice continuously
+// differentiable, so that an IMU on it reads what a real one reads. References: Kim, Kim and Shin,
+// "A general construction scheme for unit quaternion curves" (1995); Sommer et al., "Efficient
+// derivative computation for cumulative B-splines on Lie groups" (2020).
 #pragma once
 
 #include <span>
@@ -27,8 +27,9 @@ struct MotionSample {
 
 class PoseSpline {
  public:
-  // `control_poses` (at least 4, neighbours less than pi apart) lie at begin - dt, begin, begin + dt, ...; the spline is
-  // defined on [begin, begin + (n - 3) dt] and passes near, in general not through, them.
+  // `control_poses` (at least 4, neighbours less than pi apart) lie at begin - dt, begin, begin +
+  // dt, ...; the spline is defined on [begin, begin + (n - 3) dt] and passes near, in general not
+  // through, them.
   PoseSpline(Time begin, Duration knot_interval, std::vector<Pose3> control_poses);
 
   Time begin() const { return begin_; }
@@ -58,14 +59,16 @@ class PoseSpline {
 
 struct SplineFitOptions {
   Duration knot_interval = Duration::FromMilliseconds(50);
-  // Weight of squared third differences of the control poses against squared errors of the fit: bridges stretches
-  // without poses by the smoothest motion. Small enough that poses are met to micrometres at walking pace.
+  // Weight of squared third differences of the control poses against squared errors of the fit:
+  // bridges stretches without poses by the smoothest motion. Small enough that poses are met to
+  // micrometres at walking pace.
   double smoothing = 1e-4;
   int max_iterations = 50;  // of the rotations; positions are linear
 };
 
-// The spline through `poses[i]` at `stamps[i]`: least squares over the control poses. Needs at least two poses with
-// strictly increasing stamps, less than pi apart, else an Error. The spline covers [stamps.front(), stamps.back()].
+// The spline through `poses[i]` at `stamps[i]`: least squares over the control poses. Needs at
+// least two poses with strictly increasing stamps, less than pi apart, else an Error. The spline
+// covers [stamps.front(), stamps.back()].
 Expected<PoseSpline> FitPoseSpline(std::span<const Time> stamps, std::span<const Pose3> poses,
                                    const SplineFitOptions& options = {});
 

@@ -40,20 +40,24 @@ class SplineLaws : public ::testing::TestWithParam<std::uint64_t> {};
 TEST_P(SplineLaws, DerivativesMatchNumericDifferentiation) {
   const PoseSpline spline = RandomSpline(GetParam());
   RandomStream random(GetParam(), "times");
-  const double h = 1e-4;  // s; central differences: error of order h^2 times the next derivatives but one
+  const double h =
+      1e-4;  // s; central differences: error of order h^2 times the next derivatives but one
   for (int i = 0; i < 50; ++i) {
     // Keep the stencil inside one segment: the third derivative jumps at knots.
     const double t = 0.1 * std::floor(random.Uniform(0.0, 21.0)) + random.Uniform(0.001, 0.099);
-    const MotionSample here = spline.At(At(t)), before = spline.At(At(t - h)), after = spline.At(At(t + h));
+    const MotionSample here = spline.At(At(t)), before = spline.At(At(t - h)),
+                       after = spline.At(At(t + h));
     const Eigen::Vector3d velocity =
         (after.T_world_body.translation() - before.T_world_body.translation()) / (2.0 * h);
     EXPECT_LT((velocity - here.velocity).norm(), 1e-4);
     EXPECT_LT(((after.velocity - before.velocity) / (2.0 * h) - here.acceleration).norm(), 1e-6);
     const Eigen::Vector3d rate =
-        LogSo3(before.T_world_body.rotation().conjugate() * after.T_world_body.rotation()) / (2.0 * h);
+        LogSo3(before.T_world_body.rotation().conjugate() * after.T_world_body.rotation()) /
+        (2.0 * h);
     EXPECT_LT((rate - here.angular_velocity).norm(), 1e-3);
     const Eigen::Vector3d turn = (after.angular_velocity - before.angular_velocity) / (2.0 * h);
-    EXPECT_LT((turn - here.angular_acceleration).norm(), 1e-4 * (1.0 + here.angular_acceleration.norm()));
+    EXPECT_LT((turn - here.angular_acceleration).norm(),
+              1e-4 * (1.0 + here.angular_acceleration.norm()));
     EXPECT_LT(BoxMinus(spline.PoseAt(At(t)), here.T_world_body).norm(), 1e-12);
   }
 }

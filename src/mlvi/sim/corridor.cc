@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "mlvi/sim/mesh_builder.h"
+#include "mlvi/sim/places.h"
+
+namespace mlvi {
+namespace {
+
+constexpr double kCarried = 1.4;  // m, height of the sensor above the floor
+
+struct Materials {
+  MaterialId wall, floor, ceiling, dark_glass, door, furniture;
+};
+
+Materials AddMaterials(MeshBuilder& builder) {
+  return {.wall = builder.AddMaterial("wall paint", 0.6),
+          .floor = builder.AddMaterial("linoleum", 0.3),
+          .ceiling = builder.AddMaterial("ceiling", 0.7),
+          // So dark that a LiDAR sees it from nearby only: the ends of the corridor give no bearing
+          // from its middle.
+          .dark_glass = builder.AddMaterial("dark glass", 0.01),
+          .door = builder.AddMaterial("door", 0.4),
+          .furniture = builder.AddMaterial("furniture", 0.5)};
+}
+
+// Holes of the walls of a room; u is the world's x (south, north) or y (east, west), v the height
+// above its floor.
+struct WallHoles {
+  std::vector<PanelHole> south = {}, east = {}, north = {}, west = {};
+};
+
+struct RoomMaterials {
+  MaterialId south, east, north, west, floor, ceiling;
+};
+
+RoomMaterials Painted(const Materials& m) {
+  return {m.wall, m.wall, m.wall, m.wall, m.floor, m.ceiling};
+}
+
+// The holes of a wall whose panel starts at `start` and runs along +axis or (`reversed`) along
+// -axis.
+std::vector<PanelHole> OnPanel(std::vector<PanelHole> holes, double start, bool reversed) {
+  for (PanelHole& hole : holes) {
+    const double u0 = hole.u0, u1 = hole.u1;
+    hole.u0 = reversed ? start - u1 : u0 - start;
+    hole.u1 = reversed ? start - u0 : u1 - start;
+  }
+  return holes;
+}
+
+// The inside of a box, walls looking inwards.
+void AddRoom(MeshBuilder& builder, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+             const RoomMaterials& m, const WallHoles& holes) {
+  const Eigen::Vector3d size = high - low, x = Eigen::Vector3d::UnitX(),
+                        y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
+  builder.AddPanel({{high.x(), low.y(), low.z()}, -x, z, size.x(), size.z()}, m.south,
+                   OnPanel(holes.south, high.x(), true));
+  builder.AddPanel({{low.x(), high.y(), low.z()}, x, z, size.x(), size.z()}, m.north,
+                   OnPanel(holes.north, low.x(), false));
+  builder.AddPanel({{high.x(), high.y(), low.z()}, -y, z, size.y(), size.z()}, m.east,
+                   OnPanel(holes.east, high.y(), true));
+  builder.AddPanel({low, y, z, size.y(), size.z()}, m.west, OnPanel(holes.west, low.y(), false));
+  builder.AddPanel({low, x, y, size.x(), size.y()}, m.floor);
+  builder.AddPanel({low + size.z() * z, x, y, size.x(), size.y()}, m.ceiling);
+}
+
+PanelHole Passage(double u0, double u1, double height, double depth) {
+  return {.u0 = u0, .u1 = u1, .v0 = 0.0, .v1 = height, .depth = depth, .open = true};
+}
+
+// Corridor along x, the lobby south of its beginning, joined by a passage in a wall of 0.2 m.
+void AddCorridorAndLobby(MeshBuilder& builder, const Materials& m, RandomStream& random) {
+  const auto door = [&](double x) {
+    const double u = x + random.Uniform(-0.5, 0.5);
+    return PanelHole{.u0 = u, .u1 = u + 0.95, .v0 = 0.0, .v1 = 2.1, .depth = 0.12, .back = m.door};
+  };
+  const WallHoles corridor{.south = {Passage(2.0, 4.4, 2.3, 0.2), door(24.0)},
+                           .north = {door(9.0), door(41.0), Passage(51.2, 53.6, 2.3, 0.2)}};
+  AddRoom(builder, {0.0, -1.2, 0.0}, {54.0, 1.2, 2.8},
+          {m.wall, m.dark_glass, m.wall, m.dark_glass, m.floor, m.ceiling}, corridor);
+  AddRoom(builder, {0.0, -9.4, 0.0}, {8.0, -1.4, 3.2}, Painted(m),
+          {.north = {Passage(2.0, 4.4, 2.3, 0.0)}});
+  builder.AddBox({7.2, -3.0, 0.0}, {0.6, 2.0, 1.1}, random.Uniform(-0.2, 0.2), m.furniture);
+  builder.AddBox({1.0, -8.6, 0.0}, {1.2, 0.7, 0.75}, random.Uniform(-0.3, 0.3), m.furniture);
+  builder.AddColumn({4.3, -5.5, 0.0}, 0.2, 3.2, 16, m.wall);
+}
+
+// Four flights between near landings (z = 0, 3, 6) and far landings (z = 1.5, 4.5), around a wall.
+void AddStairwell(MeshBuilder& builder, const Materials& m) {
+  AddRoom(builder, {49.6, 1.4, 0.0}, {53.9, 7.6, 8.8}, Painted(m),
+          {.south = {Passage(51.2, 53.6, 2.3, 0.0)},
+           .west = {{.u0 = 1.6, .u1 = 2.9, .v0 = 6.0, .v1 = 8.2, .depth = 0.2, .open = true}}});
+  constexpr int kSteps = 10;
+  constexpr double kRun = 0.29, kRise = 0.15;
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+  for (const double z : {0.0, 3.0}) {
+    builder.AddStairs({51.85, 3.0, z}, up, 2.05, kSteps, kRun, kRise, m.floor);
+    builder.AddStairs({51.65, 5.9, z + 1.5}, -up, 2.05, kSteps, kRun, kRise, m.floor);
+    builder.AddBox({51.75, 6.75, z + 1.3}, {4.3, 1.7, 0.2}, 0.0, m.floor);
+    builder.AddBox({51.75, 2.2, z + 2.8}, {4.3, 1.6, 0.2}, 0.0, m.floor);
+  }
+  builder.AddBox({51.75, 4.45, 0.0}, {0.2, 2.9, 7.0}, 0.0, m.wall);
+  builder.AddBox({52.85, 3.0, 6.0}, {2.1, 0.06, 1.0}, 0.0,
+                 m.wall);  // railing of the uppermost landing
+}
+
+void AddUpperRoom(MeshBuilder& builder, const Materials& m, RandomStream& random) {
+  AddRoom(builder, {38.0, 1.4, 6.0}, {49.4, 9.6, 9.0}, Painted(m),
+          {.east = {{.u0 = 1.6, .u1 = 2.9, .v0 = 0.0, .v1 = 2.2, .depth = 0.0, .open = true}}});
+  const auto jitter = [&] { return random.Uniform(-0.2, 0.2); };
+  builder.AddBox({44.0 + jitter(), 5.2 + jitter(), 6.0}, {2.4, 1.2, 0.75}, jitter(), m.furniture);
+  builder.AddBox({42.5, 9.35, 6.0}, {3.0, 0.4, 2.0}, 0.0, m.furniture);
+  builder.AddBox({38.3, 4.0 + jitter(), 6.0}, {0.5, 1.6, 1.8}, 0.0, m.furniture);
+  builder.AddColumn({48.6, 8.7, 6.0}, 0.25, 3.0, 16, m.wall);
+}
+
+// The walk on the floor; the sensor is carried above it.
+std::vector<Eigen::Vector3d> Waypoints() {
+  const std::vector<Eigen::Vector3d> out = {
+      {3.2, -1.3, 0.0}, {3.8, 0.0, 0.0},  {52.4, 0.0, 0.0},  {52.8, 2.2, 0.0},
+      {52.8, 3.0, 0.0}, {52.8, 5.9, 1.5}, {52.8, 6.75, 1.5}, {50.6, 6.75, 1.5},
+      {50.6, 5.9, 1.5}, {50.6, 3.0, 3.0}, {50.6, 2.25, 3.0}, {52.8, 2.25, 3.0},
+      {52.8, 3.0, 3.0}, {52.8, 5.9, 4.5}, {52.8, 6.75, 4.5}, {50.6, 6.75, 4.5},
+      {50.6, 5.9, 4.5}, {50.6, 3.0, 6.0}, {50.6, 2.25, 6.0}, {47.8, 2.25, 6.0}};
+  const std::vector<Eigen::Vector3d> room = {
+      {41.0, 2.5, 6.0}, {40.2, 5.0, 6.0}, {41.2, 7.6, 6.0}, {46.3, 7.6, 6.0}, {47.2, 5.0, 6.0}};
+  const std::vector<Eigen::Vector3d> lobby = {{2.6, -3.0, 0.0}, {2.2, -6.5, 0.0}, {5.5, -7.6, 0.0}};
+  std::vector<Eigen::Vector3d> walk = {{5.8, -5.5, 0.0}, {4.4, -3.2, 0.0}};
+  walk.insert(walk.end(), out.begin(), out.end());
+  walk.insert(walk.end(), room.begin(), room.end());
+  walk.insert(walk.end(), out.rbegin(), out.rend());
+  walk.insert(walk.end(), lobby.begin(), lobby.end());
+  for (Eigen::Vector3d& p : walk) p.z() += kCarried;
+  return walk;
+}
+
+}  // namespace
+
+Place MakeCorridor(std::uint64_t seed) {
+  RandomStream random(seed, "corridor");
+  MeshBuilder builder;
+  const Materials m = AddMaterials(builder);
+  AddCorridorAndLobby(builder, m, random);
+  AddStairwell(builder, m);
+  AddUpperRoom(builder, m, random);
+  return {.world = World(std::move(builder).Finish()), .path = WalkingPath(Waypoints(), 0.35)};
+}
+
+}  // namespace mlvi

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/lidar_simulator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlvi/base/parallel.h"
+
+namespace mlvi {
+namespace {
+
+// A unit vector near `direction`: normal angles of `sigma` rad about two axes across it.
+Eigen::Vector3d Disturbed(const Eigen::Vector3d& direction, double sigma, RandomStream& random) {
+  const double a = sigma * random.Normal(), b = sigma * random.Normal();
+  const Eigen::Vector3d across = direction.unitOrthogonal();
+  return (direction + a * across + b * direction.cross(across)).normalized();
+}
+
+// Probability that a return is detected: rises linearly from 0.5 to 1.5 times the threshold power.
+double DetectionProbability(const LidarPhysics& physics, double reflectivity, double cosine,
+                            double range) {
+  const double ratio = physics.reference_range / range;
+  const double power = reflectivity * cosine / 0.8 * ratio * ratio;
+  return (1.0 - physics.dropout) * std::clamp(power - 0.5, 0.0, 1.0);
+}
+
+}  // namespace
+
+LidarPoint LidarSimulator::Fire(const LidarRay& ray, const World& world, const Pose3& T_world_lidar,
+                                RandomStream random) const {
+  const LidarPhysics& physics = pattern_.physics;
+  LidarPoint point{.offset_ns = pattern_.firing_offsets_ns[ray.firing], .ring = ray.ring};
+  const Eigen::Vector3d origin = ray.origin.cast<double>(), nominal = ray.direction.cast<double>();
+  const Eigen::Vector3d direction =
+      T_world_lidar.rotation() * Disturbed(nominal, physics.beam_noise, random);
+  const double range_error = physics.range_noise * random.Normal(), chance = random.Uniform();
+  const auto hit = world.Cast(T_world_lidar * origin, direction, physics.max_range);
+  if (!hit) return point;
+  const double range = hit->range + ray.origin_offset;
+  const double cosine = -hit->normal.dot(direction);
+  if (range < physics.min_range || range > physics.max_range) return point;
+  if (chance >= DetectionProbability(physics, hit->material->reflectivity, cosine, range))
+    return point;
+  const double measured =
+      std::round((range + range_error) / physics.range_resolution) * physics.range_resolution;
+  if (measured <= ray.origin_offset) return point;
+  point.position = (origin + (measured - ray.origin_offset) * nominal).cast<float>();
+  point.intensity = static_cast<float>(255.0 * hit->material->reflectivity * cosine);
+  return point;
+}
+
+LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, Time stamp,
+                                 std::uint64_t index) const {
+  const auto& offsets = pattern_.firing_offsets_ns;
+  std::vector<Pose3> poses(offsets.size());
+  ParallelFor(offsets.size(), 512, [&](std::size_t i) {
+    poses[i] = motion.PoseAt(stamp + Duration::FromNanoseconds(offsets[i])) * T_body_lidar_;
+  });
+  LidarSweep sweep;
+  sweep.stamp = stamp;
+  sweep.span = pattern_.span();
+  sweep.has_times = sweep.has_rings = sweep.has_intensity = true;
+  sweep.points.resize(pattern_.rays.size());
+  const RandomStream random = random_.Fork(index);
+  ParallelFor(pattern_.rays.size(), 1024, [&](std::size_t i) {
+    const LidarRay& ray = pattern_.rays[i];
+    sweep.points[i] = Fire(ray, world, poses[ray.firing], random.Fork(i));
+  });
+  return sweep;
+}
+
+void KeepReturns(LidarSweep& sweep) {
+  std::erase_if(sweep.points, [](const LidarPoint& p) {
+    return !p.position.allFinite() || p.position.isZero(0.0F);
+  });
+  if (sweep.points.empty()) {
+    sweep.span = Duration();
+    return;
+  }
+  const auto by_time = [](const LidarPoint& a, const LidarPoint& b) {
+    return a.offset_ns < b.offset_ns;
+  };
+  const auto [first, last] = std::minmax_element(sweep.points.begin(), sweep.points.end(), by_time);
+  const std::int32_t shift = first->offset_ns;
+  sweep.span = Duration::FromNanoseconds(last->offset_ns - shift);
+  sweep.stamp = sweep.stamp + Duration::FromNanoseconds(shift);
+  for (LidarPoint& point : sweep.points) point.offset_ns -= shift;
+}
+
+}  // namespace mlvi

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "mlvi/base/random.h"
+#include "mlvi/geometry/spline.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sim/lidar_pattern.h"
+#include "mlvi/sim/world.h"
+
+namespace mlvi {
+
+// Sweeps of a moving LiDAR: every ray starts from the pose of the body at its own firing instant.
+class LidarSimulator {
+ public:
+  LidarSimulator(LidarPattern pattern, const Pose3& T_body_lidar, RandomStream random)
+      : pattern_(std::move(pattern)), T_body_lidar_(T_body_lidar), random_(random) {}
+
+  const LidarPattern& pattern() const { return pattern_; }
+
+  // The sweep that starts at `stamp`; `motion` must cover [stamp, stamp + span]. Holds one point
+  // per ray in message order, zero where nothing came back. The noise depends on `index` alone, not
+  // on earlier calls or threads.
+  LidarSweep Sweep(const World& world, const PoseSpline& motion, Time stamp,
+                   std::uint64_t index) const;
+
+ private:
+  LidarPoint Fire(const LidarRay& ray, const World& world, const Pose3& T_world_lidar,
+                  RandomStream random) const;
+
+  LidarPattern pattern_;
+  Pose3 T_body_lidar_;
+  RandomStream random_;
+};
+
+// Keeps finite, non-zero points only and counts offsets from the first firing among them, as a
+// sweep read from a file is delivered (LidarSweep). A sweep without any keeps its stamp.
+void KeepReturns(LidarSweep& sweep);
+
+}  // namespace mlvi

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/recording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mlvi/base/parallel.h"
+
+namespace mlvi {
+namespace {
+
+constexpr double kStandardGravity = 9.80665;  // m/s^2, of drivers that report multiples of g
+constexpr Duration kSweepPeriod = Duration::FromMilliseconds(100);
+
+SequenceOptions Checked(SequenceOptions options) {
+  const auto ok = CheckOptions(options);
+  MLVI_CHECK(ok.has_value(), "{}", ok.error().message);
+  double& seconds = options.seconds;
+  if (seconds == 0.0) seconds = FindSequence(options.sequence)->seconds;
+  if (options.trajectory) {
+    seconds =
+        std::min(seconds, (options.trajectory->end() - options.trajectory->begin()).seconds());
+  }
+  return options;
+}
+
+// The recorded motion with its first pose at `start` (position and heading), and its stamps counted
+// from `begin`.
+PoseSpline Placed(const PoseSpline& recorded, const PathPoint& start, Time begin,
+                  const Eigen::Quaterniond& R_carrier_body) {
+  const Pose3 first = recorded.PoseAt(recorded.begin());
+  const Eigen::Vector3d ahead =
+      first.rotation() * R_carrier_body.conjugate() * Eigen::Vector3d::UnitX();
+  const Eigen::Quaterniond turn =
+      ExpSo3({0.0, 0.0, start.heading - std::atan2(ahead.y(), ahead.x())});
+  const PoseSpline moved =
+      recorded.Transformed(Pose3(turn, start.position - turn * first.translation()));
+  return PoseSpline(begin, moved.knot_interval(), moved.control_poses());
+}
+
+PoseSpline MakeMotion(const SequenceOptions& options, const WalkingPath& path) {
+  const Eigen::Quaterniond carried = CarriedOrientation(options.rig.true_rig);
+  if (options.trajectory) return Placed(*options.trajectory, path.At(0.0), options.begin, carried);
+  MotionProfile profile = FindSequence(options.sequence)->make_profile();
+  profile.rest = options.rest;
+  return MakeWalk(path, profile, carried, options.begin, options.seconds, options.seed);
+}
+
+ImuPhysics PhysicsOf(const SequenceOptions& options) {
+  const Rig& rig = options.rig.true_rig;
+  return {.rate_hz = rig.imu.rate_hz,
+          .noise = options.imu_noise,
+          .accelerometer_saturation = rig.imu.accelerometer_saturation,
+          .gyroscope_saturation = rig.imu.gyroscope_saturation,
+          .gravity = rig.gravity};
+}
+
+LidarSimulator MakeLidar(const SequenceOptions& options) {
+  const LidarSpec& spec = *options.rig.true_rig.lidar;
+  return LidarSimulator(MakeLidarPattern(spec.model).value(), spec.T_body_lidar,
+                        RandomStream(options.seed, "lidar"));
+}
+
+}  // namespace
+
+Recording::Recording(SequenceOptions options, RecordingForm form)
+    : options_(Checked(std::move(options))),
+      form_(form),
+      place_(FindSequence(options_.sequence)->make_place(options_.seed)),
+      end_(options_.begin + Duration::FromSeconds(options_.seconds)),
+      motion_(MakeMotion(options_, place_.path)),
+      lidar_(MakeLidar(options_)),
+      imu_(PhysicsOf(options_), motion_, options_.begin, end_, RandomStream(options_.seed, "imu")) {
+  while (SweepStamp(sweeps_) + lidar_.pattern().span() <= end_) ++sweeps_;
+}
+
+Time Recording::SweepStamp(std::size_t index) const {
+  return options_.begin + kSweepPeriod * static_cast<std::int64_t>(index);
+}
+
+Time Recording::Stamped(Time time, Duration sensor_offset) const {
+  const auto& jump = options_.faults.time_jump;
+  if (jump && SecondsOf(time) >= jump->start) time = time - Duration::FromSeconds(jump->back);
+  return form_ == RecordingForm::kMessages ? time - sensor_offset : time;
+}
+
+Expected<std::optional<Measurement>> Recording::Next() {
+  while (next_imu_ < imu_.size() || next_sweep_ < sweeps_) {
+    const bool sweep_first =
+        next_sweep_ < sweeps_ &&
+        (next_imu_ >= imu_.size() ||
+         SweepStamp(next_sweep_) + lidar_.pattern().span() < imu_.StampOf(next_imu_));
+    if (auto measurement = sweep_first ? NextSweep() : NextImu()) return measurement;
+  }
+  return std::nullopt;
+}
+
+std::optional<Measurement> Recording::NextImu() {
+  const std::size_t index = next_imu_++;
+  const Time time = imu_.StampOf(index);
+  const SequenceFaults& faults = options_.faults;
+  if (faults.imu_gap && faults.imu_gap->Contains(SecondsOf(time))) return std::nullopt;
+  ImuSample sample = imu_.Sample(index);
+  sample.stamp = Stamped(time, options_.rig.true_rig.imu.time_offset);
+  if (form_ == RecordingForm::kMessages && faults.imu_in_g)
+    sample.linear_acceleration /= kStandardGravity;
+  ++imu_counts_.messages;
+  ++imu_counts_.delivered;
+  return sample;
+}
+
+std::optional<Measurement> Recording::NextSweep() {
+  const std::size_t index = next_sweep_++;
+  const Time time = SweepStamp(index);
+  const SequenceFaults& faults = options_.faults;
+  if (faults.lidar_gap && faults.lidar_gap->Contains(SecondsOf(time))) return std::nullopt;
+  LidarSweep sweep = lidar_.Sweep(place_.world, motion_, time, index);
+  sweep.stamp = Stamped(time, options_.rig.true_rig.lidar->time_offset);
+  SpoilPoints(sweep, index);
+  if (form_ == RecordingForm::kMeasurements) KeepReturns(sweep);
+  ++lidar_counts_.messages;
+  ++lidar_counts_.delivered;
+  return sweep;
+}
+
+void Recording::SpoilPoints(LidarSweep& sweep, std::size_t index) const {
+  const double seconds = SecondsOf(SweepStamp(index));
+  const SequenceFaults& faults = options_.faults;
+  if (faults.empty_sweeps && faults.empty_sweeps->Contains(seconds)) {
+    for (LidarPoint& point : sweep.points) point.position.setZero();
+  }
+  if (faults.nan_points && faults.nan_points->Contains(seconds)) {
+    RandomStream random = RandomStream(options_.seed, "nan points").Fork(index);
+    for (LidarPoint& point : sweep.points) {
+      if (random.Uniform() < 0.1)
+        point.position.setConstant(std::numeric_limits<float>::quiet_NaN());
+    }
+  }
+}
+
+double Recording::Progress() const {
+  const auto done = static_cast<double>(next_sweep_),
+             all = static_cast<double>(std::max<std::size_t>(sweeps_, 1));
+  return std::min(1.0, done / all);
+}
+
+std::map<std::string, StreamCounts> Recording::Counts() const {
+  return {{options_.rig.true_rig.imu.topic, imu_counts_},
+          {options_.rig.true_rig.lidar->topic, lidar_counts_}};
+}
+
+NavState Recording::GroundTruth(Time time) const {
+  const MotionSample sample = motion_.At(time);
+  return {.stamp = time,
+          .T_world_body = sample.T_world_body,
+          .v_world_body = sample.velocity,
+          .bias = imu_.BiasAt(time)};
+}
+
+double Recording::Clearance() const {
+  constexpr double kFar = 10.0;
+  const auto steps = static_cast<std::size_t>(10.0 * options_.seconds) + 1;
+  const auto nearest = [&](std::size_t begin, std::size_t end) {
+    double clearance = kFar;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Time time = options_.begin + Duration::FromSeconds(0.1 * static_cast<double>(i));
+      if (time > end_) break;
+      clearance =
+          std::min(clearance, place_.world.Clearance(motion_.PoseAt(time).translation(), kFar));
+    }
+    return clearance;
+  };
+  return ParallelReduce(steps, 64, kFar, nearest, [](double& a, double b) { a = std::min(a, b); });
+}
+
+Eigen::Quaterniond CarriedOrientation(const Rig& rig) {
+  const Eigen::Vector3d up = rig.lidar
+                                 ? rig.lidar->T_body_lidar.rotation() * Eigen::Vector3d::UnitZ()
+                                 : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+  // The body axis that points ahead: x, or y if x stands upright.
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d nominal = std::abs(up.dot(x)) < 0.9 ? x : y;
+  const Eigen::Vector3d ahead = (nominal - nominal.dot(up) * up).normalized();
+  Eigen::Matrix3d R;
+  R << ahead.transpose(), up.cross(ahead).transpose(), up.transpose();
+  return Eigen::Quaterniond(R);
+}
+
+}  // namespace mlvi

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "mlvi/sensors/measurement_source.h"
+#include "mlvi/sim/imu_simulator.h"
+#include "mlvi/sim/lidar_simulator.h"
+#include "mlvi/sim/sequence.h"
+#include "mlvi/state/nav_state.h"
+
+namespace mlvi {
+
+// In what form measurements are handed out.
+enum class RecordingForm : int {
+  kMeasurements = 0,  // as a reader delivers them: returns only, SI units; feed estimators with it
+  kMessages = 1,  // as drivers publish them: all rays, NaN points and wrong units included; write
+                  // bags with it
+};
+
+// A simulated recording, generated while it is read, in the order in which messages arrive: a sweep
+// after its last firing. Construction builds world and motion (well under a second); sweeps are
+// traced by Next(). Same options, same bits, at any number of threads.
+class Recording : public MeasurementSource {
+ public:
+  // `options` must pass CheckOptions.
+  explicit Recording(SequenceOptions options, RecordingForm form = RecordingForm::kMeasurements);
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  Expected<std::optional<Measurement>> Next() override;
+  double Progress() const override;
+  std::map<std::string, StreamCounts> Counts() const override;  // by topic
+  std::vector<std::string> Notes() const override { return {}; }
+
+  // The truth at a true instant in [begin(), end()], in the frame of the world's mesh (z up; not
+  // the first body pose).
+  NavState GroundTruth(Time time) const;
+  Time begin() const { return options_.begin; }
+  Time end() const { return end_; }
+  const SequenceOptions& options() const { return options_; }
+  const Rig& rig() const { return options_.rig.estimator_rig; }  // what the estimator is told
+  const World& world() const { return place_.world; }
+  const PoseSpline& motion() const { return motion_; }
+  const LidarSimulator& lidar() const { return lidar_; }
+  const ImuSimulator& imu() const { return imu_; }
+
+  // The smallest distance of the body to any surface, m, sampled every 0.1 s; 10 when farther
+  // everywhere.
+  double Clearance() const;
+
+ private:
+  std::optional<Measurement> NextImu();
+  std::optional<Measurement> NextSweep();
+  double SecondsOf(Time time) const { return (time - options_.begin).seconds(); }
+  Time SweepStamp(std::size_t index) const;
+  // The stamp that a message gets whose measurement belongs to the true instant `time`.
+  Time Stamped(Time time, Duration sensor_offset) const;
+  void SpoilPoints(LidarSweep& sweep, std::size_t index) const;
+
+  SequenceOptions options_;
+  RecordingForm form_;
+  Place place_;
+  Time end_;
+  PoseSpline motion_;
+  LidarSimulator lidar_;
+  ImuSimulator imu_;
+  std::size_t sweeps_ = 0;
+  std::size_t next_imu_ = 0, next_sweep_ = 0;
+  StreamCounts imu_counts_, lidar_counts_;
+};
+
+// Orientation of the body in its carrier (x ahead, y left, z up), from how the LiDAR stands: it is
+// carried upright, and the body's x axis points ahead. The body's z may point up or down.
+Eigen::Quaterniond CarriedOrientation(const Rig& rig);
+
+}  // namespace mlvi

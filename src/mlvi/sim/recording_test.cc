@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/recording.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <numbers>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/sim/test_rigs.h"
+
+namespace mlvi {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Heard {
+  std::vector<ImuSample> imu;
+  std::vector<LidarSweep> sweeps;
+  std::vector<Time> available;
+};
+
+Heard Listen(Recording& recording) {
+  Heard heard;
+  while (auto measurement = recording.Next().value()) {
+    heard.available.push_back(AvailableAt(*measurement));
+    if (const auto* imu = std::get_if<ImuSample>(&*measurement)) heard.imu.push_back(*imu);
+    if (auto* sweep = std::get_if<LidarSweep>(&*measurement))
+      heard.sweeps.push_back(std::move(*sweep));
+  }
+  return heard;
+}
+
+// A fingerprint of all bits of a sweep.
+std::uint64_t Fingerprint(const LidarSweep& sweep) {
+  std::uint64_t hash = static_cast<std::uint64_t>(sweep.stamp.nanoseconds());
+  const auto add = [&](std::uint64_t bits) { hash = (hash ^ bits) * 0x100000001b3ULL; };
+  for (const LidarPoint& p : sweep.points) {
+    for (int axis = 0; axis < 3; ++axis) add(std::bit_cast<std::uint32_t>(p.position[axis]));
+    add(std::bit_cast<std::uint32_t>(p.intensity));
+    add(static_cast<std::uint64_t>(p.offset_ns));
+    add(p.ring);
+  }
+  return hash;
+}
+
+TEST(Recording, SameBitsOnEveryRunAndAtEveryNumberOfThreads) {
+  const auto run = [](int threads) {
+    const ThreadLimit limit(threads);
+    Recording recording(StandardSequence("courtyard-hard", test::NewerCollege(), 0.5, 7));
+    std::vector<std::uint64_t> prints;
+    const Heard heard = Listen(recording);
+    for (const LidarSweep& sweep : heard.sweeps) prints.push_back(Fingerprint(sweep));
+    for (const ImuSample& imu : heard.imu)
+      prints.push_back(std::bit_cast<std::uint64_t>(imu.linear_acceleration.x()));
+    return prints;
+  };
+  const auto one = run(1);
+  EXPECT_EQ(one.size(), 5U + 101U);
+  EXPECT_EQ(one, run(2));
+  EXPECT_EQ(one, run(2));
+}
+
+TEST(Recording, SeedsAndSensorsAreIndependent) {
+  const auto first_imu = [](std::uint64_t seed, const std::string& sequence) {
+    Recording recording(StandardSequence(sequence, test::NewerCollege(), 0.2, seed));
+    return Listen(recording).imu.front().linear_acceleration;
+  };
+  EXPECT_NE(first_imu(1, "courtyard-easy"), first_imu(2, "courtyard-easy"));
+}
+
+TEST(Recording, HandsMeasurementsOutInTheOrderOfArrival) {
+  Recording recording(StandardSequence("courtyard-easy", test::Hilti(), 1.0));
+  const Heard heard = Listen(recording);
+  EXPECT_EQ(heard.imu.size(), 401U);
+  EXPECT_EQ(heard.sweeps.size(), 10U);
+  EXPECT_TRUE(std::is_sorted(heard.available.begin(), heard.available.end()));
+  EXPECT_DOUBLE_EQ(recording.Progress(), 1.0);
+  EXPECT_EQ(recording.Counts().at("/points").delivered, 10);
+}
+
+TEST(Recording, SweepsReadAsFromAFile) {
+  Recording recording(StandardSequence("courtyard-easy", test::M2dgr(), 0.3));
+  for (const LidarSweep& sweep : Listen(recording).sweeps) {
+    ASSERT_GT(sweep.points.size(), 10000U);
+    std::int32_t first = std::numeric_limits<std::int32_t>::max(), last = 0;
+    for (const LidarPoint& p : sweep.points) {
+      ASSERT_TRUE(p.position.allFinite() && p.position.norm() > 0.1F);
+      first = std::min(first, p.offset_ns);
+      last = std::max(last, p.offset_ns);
+    }
+    EXPECT_EQ(first, 0);
+    EXPECT_EQ(sweep.span.nanoseconds(), last);
+  }
+}
+
+TEST(Recording, FaultsHappenWhereOrdered) {
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr(), 2.0);
+  options.faults.lidar_gap = FaultWindow{.start = 0.25, .length = 0.3};
+  options.faults.imu_gap = FaultWindow{.start = 0.6, .length = 0.2};
+  options.faults.empty_sweeps = FaultWindow{.start = 0.85, .length = 0.2};
+  options.faults.nan_points = FaultWindow{.start = 1.25, .length = 0.1};
+  options.faults.time_jump = TimeJump{.start = 1.5, .back = 0.4};
+  options.faults.imu_in_g = true;
+  Recording recording(options, RecordingForm::kMessages);
+  const Heard heard = Listen(recording);
+  const std::size_t rays = recording.lidar().pattern().rays.size();
+  ASSERT_EQ(heard.sweeps.size(), 20U - 3U);
+  EXPECT_EQ(heard.imu.size(), 301U - 30U);
+  EXPECT_NEAR(heard.imu[0].linear_acceleration.norm(), 9.81 / 9.80665, 0.1);
+  std::size_t empty = 0, spoilt = 0, backwards = 0;
+  for (std::size_t i = 0; i < heard.sweeps.size(); ++i) {
+    ASSERT_EQ(heard.sweeps[i].points.size(), rays);
+    std::size_t returns = 0, nans = 0;
+    for (const LidarPoint& p : heard.sweeps[i].points) {
+      returns += p.position.allFinite() && !p.position.isZero(0.0F);
+      nans += p.position.hasNaN();
+    }
+    empty += returns == 0;
+    spoilt += nans > 0;
+    if (nans > 0) {
+      const auto n = static_cast<double>(rays);
+      EXPECT_NEAR(static_cast<double>(nans), 0.1 * n, 5.0 * std::sqrt(0.09 * n));
+    }
+    backwards += i > 0 && heard.sweeps[i].stamp < heard.sweeps[i - 1].stamp;
+  }
+  EXPECT_EQ(empty, 2U);
+  EXPECT_EQ(spoilt, 1U);
+  EXPECT_EQ(backwards, 1U);
+}
+
+TEST(Recording, MeasurementFormMendsWhatAReaderMends) {
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr(), 0.2);
+  options.faults.imu_in_g = true;
+  options.faults.nan_points = FaultWindow{.start = 0.0, .length = 1.0};
+  Recording recording(options);
+  const Heard heard = Listen(recording);
+  EXPECT_NEAR(heard.imu[0].linear_acceleration.norm(), 9.81, 0.6);
+  for (const LidarPoint& p : heard.sweeps[0].points) ASSERT_TRUE(p.position.allFinite());
+}
+
+class Walks : public ::testing::TestWithParam<std::tuple<std::string, int>> {};
+
+// The whole walk: 0.3 m of free space around the body, and the angular rates that the profile
+// promises.
+TEST_P(Walks, AreFreeAndMoveAsPromised) {
+  const auto& [sequence, seed] = GetParam();
+  const Recording recording(
+      StandardSequence(sequence, test::M2dgr(), 0.0, static_cast<std::uint64_t>(seed)));
+  EXPECT_GT(recording.Clearance(), 0.3);
+  const Time moving = recording.begin() + Duration::FromSeconds(4.0);
+  const MotionStatistics m = MeasureMotion(recording.motion(), moving, recording.end());
+  const bool hard = sequence.ends_with("hard");
+  RecordProperty("mean_deg_s", std::to_string(m.mean_rate / kDegree));
+  RecordProperty("p95_deg_s", std::to_string(m.p95_rate / kDegree));
+  RecordProperty("max_deg_s", std::to_string(m.max_rate / kDegree));
+  if (hard) {
+    EXPECT_THAT(m.max_rate, ::testing::AllOf(::testing::Ge(3.0), ::testing::Le(4.0)));
+    EXPECT_THAT(m.max_acceleration, ::testing::AllOf(::testing::Ge(7.0), ::testing::Le(10.0)));
+  } else {
+    // Newer College quad-easy has mean 13, p95 26, max 51 deg/s; eight half turns on the stairs add
+    // to that.
+    const bool stairs = sequence.starts_with("corridor");
+    EXPECT_THAT(m.mean_rate / kDegree,
+                ::testing::AllOf(::testing::Ge(10.0), ::testing::Le(stairs ? 20.0 : 15.0)));
+    EXPECT_THAT(m.p95_rate / kDegree,
+                ::testing::AllOf(::testing::Ge(20.0), ::testing::Le(stairs ? 45.0 : 32.0)));
+    EXPECT_THAT(m.max_rate / kDegree, ::testing::AllOf(::testing::Ge(30.0), ::testing::Le(65.0)));
+    EXPECT_LT(m.max_acceleration, 6.0);
+  }
+  EXPECT_THAT(m.mean_speed, ::testing::AllOf(::testing::Ge(0.8), ::testing::Le(1.7)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, Walks,
+                         ::testing::Combine(::testing::Values("courtyard-easy", "courtyard-hard",
+                                                              "corridor-easy", "corridor-hard"),
+                                            ::testing::Values(1, 2)));
+
+TEST(Recording, RestsFirst) {
+  const Recording recording(StandardSequence("courtyard-hard", test::NewerCollege(), 4.0));
+  const MotionStatistics rest = MeasureMotion(recording.motion(), recording.begin(),
+                                              recording.begin() + Duration::FromSeconds(1.9));
+  EXPECT_LT(rest.max_rate, 1e-9);
+  EXPECT_LT(rest.max_acceleration, 1e-9);
+  SequenceOptions moving = StandardSequence("courtyard-easy", test::NewerCollege(), 4.0);
+  moving.rest = 0.0;
+  EXPECT_GT(Recording(moving).GroundTruth(moving.begin).v_world_body.norm(), 0.8);
+}
+
+TEST(Recording, CarriesTheLidarUpright) {
+  for (const Rig& rig : {test::NewerCollege(), test::M2dgr(), test::Hilti()}) {
+    const Recording recording(StandardSequence("courtyard-easy", rig, 1.0));
+    const NavState state = recording.GroundTruth(recording.begin());
+    const Eigen::Vector3d up =
+        (state.T_world_body * rig.lidar->T_body_lidar).rotation() * Eigen::Vector3d::UnitZ();
+    EXPECT_GT(up.z(), 0.999) << rig.name;
+    // The walk starts along +x; the body's x axis points ahead.
+    EXPECT_GT((state.T_world_body.rotation() * Eigen::Vector3d::UnitX()).x(), 0.9) << rig.name;
+  }
+}
+
+TEST(Recording, FollowsARecordedTrajectory) {
+  std::vector<Time> stamps;
+  std::vector<Pose3> poses;
+  for (int i = 0; i <= 100; ++i) {  // 10 s straight on at 0.5 m/s, somewhere else, at another time
+    stamps.push_back(Time::FromNanoseconds(1'000'000'000LL + 100'000'000LL * i));
+    poses.emplace_back(ExpSo3({0.0, 0.0, 2.0}),
+                       Eigen::Vector3d(100.0, 50.0, 3.0) +
+                           0.05 * i * Eigen::Vector3d(std::cos(2.0), std::sin(2.0), 0.0));
+  }
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr());
+  options.trajectory = FitPoseSpline(stamps, poses).value();
+  const Recording recording(options);
+  EXPECT_NEAR((recording.end() - recording.begin()).seconds(), 10.0, 0.06);
+  const Pose3 start = recording.GroundTruth(recording.begin()).T_world_body;
+  const Pose3 later =
+      recording.GroundTruth(recording.begin() + Duration::FromSeconds(4.0)).T_world_body;
+  EXPECT_LT((start.translation() - Eigen::Vector3d(0.0, -10.5, 1.4)).norm(), 0.1);
+  EXPECT_LT((later.translation() - start.translation() - Eigen::Vector3d(2.0, 0.0, 0.0)).norm(),
+            0.02);
+}
+
+TEST(CheckOptions, NamesWhatIsWrong) {
+  SequenceOptions options = StandardSequence("courtyard-esay", test::NewerCollege());
+  EXPECT_THAT(CheckOptions(options).error().message, ::testing::HasSubstr("'courtyard-easy'"));
+  options = StandardSequence("courtyard-easy", test::NewerCollege());
+  options.rig.true_rig.lidar->model = "OS7";
+  EXPECT_THAT(CheckOptions(options).error().message, ::testing::HasSubstr("OS0-128"));
+  EXPECT_THROW(Recording recording(options), ContractViolation);
+}
+
+}  // namespace
+}  // namespace mlvi

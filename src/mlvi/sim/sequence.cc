@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/sequence.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "mlvi/base/config.h"
+#include "mlvi/base/random.h"
+#include "mlvi/sim/lidar_pattern.h"
+
+namespace mlvi {
+namespace {
+
+Eigen::Vector3d RandomDirection(RandomStream& random) {
+  const double x = random.Normal(), y = random.Normal(), z = random.Normal();
+  return Eigen::Vector3d(x, y, z).normalized();
+}
+
+// T_body_lidar of the Hilti handheld as calibrated in 2023 (RIGS 3.3).
+Pose3 Hilti2023Extrinsics() {
+  const Eigen::Matrix3d R =
+      (Eigen::Matrix3d() << 0.006609639848469365, -0.9999773650294649, 0.0012578115132016717,
+       -0.9999762249571927, -0.006612093869054189, -0.0019569708811106104, 0.001965243352927244,
+       -0.0012448467359610184, -0.9999972940839232)
+          .finished();
+  return Pose3(Eigen::Quaterniond(R),
+               {-0.006730146149038548, -0.006897049862999071, 0.049898628062256645});
+}
+
+}  // namespace
+
+SimulatedRig MakeSimulatedRig(const Rig& rig, bool wrong_extrinsics, std::uint64_t seed) {
+  SimulatedRig result{.true_rig = rig, .estimator_rig = rig};
+  if (!wrong_extrinsics || !rig.lidar) return result;
+  Pose3& truth = result.true_rig.lidar->T_body_lidar;
+  if (rig.name == "hilti_2022") {
+    truth = Hilti2023Extrinsics();
+    return result;
+  }
+  RandomStream random(seed, "extrinsics");
+  const Eigen::Vector3d turn = 0.4 * std::numbers::pi / 180.0 * RandomDirection(random);
+  const Eigen::Vector3d shift = 0.008 * RandomDirection(random);
+  truth = Pose3(truth.rotation() * ExpSo3(turn), truth.translation() + shift);
+  return result;
+}
+
+ImuNoise PhysicalImuNoise(const Rig& rig) {
+  if (rig.name == "newer_college") return {1.1e-3, 2.3e-4, 3.4e-5, 8.3e-6};
+  if (rig.name == "m2dgr") {
+    return {3.7686306102624571e-02, 2.3417543020438883e-03, 1.1416642385952368e-03,
+            1.4428407712885209e-05};
+  }
+  if (rig.name == "hilti_2022") return {1.32435e-3, 1.9e-4, 3.4e-5, 8e-6};
+  return rig.imu.noise;
+}
+
+SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds,
+                                 std::uint64_t seed) {
+  return {.sequence = sequence,
+          .rig = MakeSimulatedRig(rig, false, seed),
+          .imu_noise = PhysicalImuNoise(rig),
+          .seconds = seconds,
+          .seed = seed};
+}
+
+const std::vector<SequenceInfo>& SequenceCatalogue() {
+  static const std::vector<SequenceInfo> catalogue = {
+      {"courtyard-easy", "a calm round in a quadrangle of 40 x 40 m", 80.0, &MakeCourtyard,
+       &EasyMotion},
+      {"courtyard-hard", "the same round, the sensor waved about at up to 3.5 rad/s", 80.0,
+       &MakeCourtyard, &HardMotion},
+      {"corridor-easy", "a calm walk: lobby, featureless corridor, stairs up, room", 120.0,
+       &MakeCorridor, &EasyMotion},
+      {"corridor-hard", "the same walk, the sensor waved about at up to 3.5 rad/s", 120.0,
+       &MakeCorridor, &HardMotion},
+  };
+  return catalogue;
+}
+
+const SequenceInfo* FindSequence(const std::string& name) {
+  const auto& all = SequenceCatalogue();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const SequenceInfo& s) { return s.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+Expected<void> CheckOptions(const SequenceOptions& options) {
+  constexpr ErrorKind kKind = ErrorKind::kConfiguration;
+  if (FindSequence(options.sequence) == nullptr) {
+    std::vector<std::string> names;
+    for (const SequenceInfo& info : SequenceCatalogue()) names.push_back(info.name);
+    return MakeError(kKind, "no sequence is called '{}'; did you mean '{}'? There are: {}",
+                     options.sequence, NearestName(options.sequence, names),
+                     fmt::join(names, ", "));
+  }
+  const Rig& rig = options.rig.true_rig;
+  if (!rig.lidar) return MakeError(kKind, "rig '{}' has no LiDAR to simulate", rig.name);
+  if (auto pattern = MakeLidarPattern(rig.lidar->model); !pattern)
+    return tl::unexpected(pattern.error());
+  if (rig.lidar->rate_hz != 10.0) {
+    return MakeError(kKind, "lidar.rate_hz is {}; the simulated LiDARs turn 10 times a second",
+                     rig.lidar->rate_hz);
+  }
+  if (rig.imu.rate_hz <= 0.0)
+    return MakeError(kKind, "imu.rate_hz is {}, must be positive", rig.imu.rate_hz);
+  if (options.seconds < 0.0 || (options.seconds > 0.0 && options.seconds < 0.1) ||
+      options.seconds > 86400.0) {
+    return MakeError(
+        kKind, "a length of {} s; it must be 0.1 (one sweep) to 86400, or 0 for the sequence's own",
+        options.seconds);
+  }
+  if (options.rest < 0.0)
+    return MakeError(kKind, "a rest of {} s; it cannot be negative", options.rest);
+  return {};
+}
+
+}  // namespace mlvi
