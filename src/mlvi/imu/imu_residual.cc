@@ -16,7 +16,7 @@ using nav_index::kPosition;
 using nav_index::kRotation;
 using nav_index::kVelocity;
 
-// What is added to the variances: nanometres and the like, far under every sensor.
+// Variances below these are raised to them: nanometres and the like, far under every sensor.
 Vector15d SmallestVariance() {
   Vector15d smallest;
   smallest << Eigen::Vector3d::Constant(1e-18), Eigen::Vector3d::Constant(1e-16), Eigen::Vector3d::Constant(1e-18),
@@ -68,7 +68,7 @@ ImuResidual EvaluateImuResidual(const NavState& first, const NavState& second, c
 
 Matrix15d SqrtInformation(const PreintegratedImu& preintegrated) {
   Matrix15d covariance = preintegrated.covariance;
-  covariance.diagonal() += SmallestVariance();
+  covariance.diagonal() = covariance.diagonal().cwiseMax(SmallestVariance()).eval();
   const Eigen::LLT<Matrix15d> llt(covariance);
   MLVI_CHECK(covariance.allFinite() && llt.info() == Eigen::Success,
              "the covariance of the preintegrated motion over {:.3f} s is not positive definite", preintegrated.dt());

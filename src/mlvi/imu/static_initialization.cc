@@ -43,11 +43,12 @@ Statistics Summarize(std::span<const ImuSample> samples, Field field) {
   return s;
 }
 
-// Variance of a mean over `seconds`: of the specified noise, or of what was seen if that is more (vibration).
-Eigen::Vector3d VarianceOfMean(const Statistics& s, double density, double seconds, std::size_t count) {
+// Variance with which a mean over `seconds` shows the bias at the end of them: of the specified noise, or of what was
+// seen if that is more (vibration), plus the walk of the bias (whose end differs from its mean by w^2 t / 3).
+Eigen::Vector3d VarianceOfMean(const Statistics& s, double density, double walk, double seconds, std::size_t count) {
   constexpr double kSmallestVariance = 1e-10;  // keeps a noiseless IMU's covariance regular
   const double specified = std::max(density * density / seconds, kSmallestVariance);
-  return (s.variance / static_cast<double>(count)).cwiseMax(specified);
+  return (s.variance / static_cast<double>(count)).cwiseMax(specified).array() + walk * walk * seconds / 3.0;
 }
 
 // A limit widened by three sigma of the IMU's own white noise on three axes.
@@ -138,10 +139,12 @@ std::optional<Initialization> InitializeAtRest(std::span<const ImuSample> sample
   Initialization result;
   result.states = {state, state};
   result.states.back().stamp = samples.back().stamp;
+  const ImuNoise& noise = imu.noise;
   result.covariance = CovarianceAtRest(
       state.T_world_body.R(),
-      VarianceOfMean(force, imu.noise.accelerometer_density, seconds, samples.size()),
-      VarianceOfMean(rate, imu.noise.gyroscope_density, seconds, samples.size()), imu, gravity);
+      VarianceOfMean(force, noise.accelerometer_density, noise.accelerometer_random_walk, seconds, samples.size()),
+      VarianceOfMean(rate, noise.gyroscope_density, noise.gyroscope_random_walk, seconds, samples.size()), imu,
+      gravity);
   result.method = "static";
   return result;
 }
