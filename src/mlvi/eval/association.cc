@@ -88,6 +88,10 @@ tl::unexpected<Error> NoMatch(const Trajectory& sparse, const Trajectory& dense,
                    sparse.size(), dense.size(), smallest, options.max_difference, options.max_gap);
 }
 
+bool HaveRotations(const Trajectory& trajectory) {
+  return std::all_of(trajectory.begin(), trajectory.end(), [](const StampedPose& p) { return p.has_rotation; });
+}
+
 Eigen::Isometry3d ToIsometry(const Pose3& pose) { return Eigen::Isometry3d(pose.matrix()); }
 
 }  // namespace
@@ -114,6 +118,7 @@ Expected<MatchedPoses> Associate(const Trajectory& estimate, const Trajectory& t
     matched.truth.push_back(ToIsometry(estimate_is_sparse ? *partner : p.pose));
   }
   if (matched.stamps.empty()) return NoMatch(sparse, dense, options);
+  matched.has_rotations = HaveRotations(estimate) && HaveRotations(truth);
   return matched;
 }
 

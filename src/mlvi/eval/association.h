@@ -35,6 +35,7 @@ struct MatchedPoses {
   std::vector<Time> stamps{};  // of the trajectory that was matched against the other; empty for unstamped poses
   PoseMatrices estimate{};
   PoseMatrices truth{};
+  bool has_rotations = true;  // false: a pose of either side knows its position only
   std::size_t estimate_count = 0;  // poses given
   std::size_t truth_count = 0;
 };

@@ -30,13 +30,17 @@ std::vector<double> SignChanges(const std::vector<double>& coefficients, double 
     derivative.push_back(static_cast<double>(i) * coefficients[i]);
   }
   std::vector<double> bounds = SignChanges(derivative, low, high);
+  // An extremum at zero only touches it.
+  std::erase_if(bounds, [&](double x) { return EvaluatePolynomial(coefficients, x) == 0.0; });
   bounds.insert(bounds.begin(), low);
   bounds.push_back(high);
   std::vector<double> roots;
   for (std::size_t i = 1; i < bounds.size(); ++i) {
-    const bool left = EvaluatePolynomial(coefficients, bounds[i - 1]) > 0.0;
-    const bool right = EvaluatePolynomial(coefficients, bounds[i]) > 0.0;
-    if (left != right) roots.push_back(Bisect(coefficients, bounds[i - 1], bounds[i]));
+    const double left = EvaluatePolynomial(coefficients, bounds[i - 1]);
+    const double right = EvaluatePolynomial(coefficients, bounds[i]);
+    if ((left < 0.0 && right > 0.0) || (left > 0.0 && right < 0.0)) {
+      roots.push_back(Bisect(coefficients, bounds[i - 1], bounds[i]));
+    }
   }
   return roots;
 }

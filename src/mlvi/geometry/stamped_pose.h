@@ -13,9 +13,10 @@ namespace mlvi {
 struct StampedPose {
   Time stamp;
   Pose3 pose;
+  bool has_rotation = true;  // false: only the position was measured, the rotation here is identity
 };
 
-// Poses in the order of their stamps.
+// Usually in the order of the stamps; who needs it sorts.
 using Trajectory = std::vector<StampedPose>;
 
 }  // namespace mlvi

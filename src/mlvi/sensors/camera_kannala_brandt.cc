@@ -14,6 +14,8 @@ namespace {
 constexpr double kLargestAngle = 179.0 / 180.0 * std::numbers::pi;
 // Below this ratio of rho and |z|, theta = rho / z to double precision.
 constexpr double kParaxial = 1e-8;
+// Rounding of theta itself, so that what Lift returns for the last pixel projects again.
+constexpr double kSlack = 1e-12;
 constexpr int kMaxIterations = 60;  // bisection alone needs 52
 
 }  // namespace
@@ -47,7 +49,7 @@ bool KannalaBrandtCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d&
     return true;
   }
   const double theta = std::atan2(rho, z);
-  if (!(theta <= max_angle()) || rho == 0.0) return false;  // also for NaN
+  if (!(theta <= max_angle() + kSlack) || rho == 0.0) return false;  // also for NaN
   const Eigen::Vector2d direction = point.head<2>() / rho;
   const double r = Radius(theta);
   m = r * direction;
