@@ -2,26 +2,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/features.h"
 
+#include "mlvi/lio/curvature.h"
 #include "mlvi/spatial/voxel_filter.h"
 
 namespace mlvi {
 namespace {
 
-// Fine cells for the map; coarse ones for registration as long as they leave enough points (small rooms).
-SweepFeatures DenseFeatures(const DeskewedSweep& deskewed, const LioConfig& config) {
-  SweepFeatures features;
-  features.stamp = deskewed.stamp;
-  features.map_planes = VoxelThinned(deskewed.points, config.cloud_spacing);
-  features.planes = VoxelThinned(features.map_planes, config.query_spacing);
-  if (static_cast<int>(features.planes.size()) < config.min_queries) features.planes = features.map_planes;
-  return features;
+PointCloud Select(const PointCloud& points, const std::vector<std::size_t>& indices) {
+  PointCloud selected;
+  selected.reserve(indices.size());
+  for (const std::size_t i : indices) selected.push_back(points[i]);
+  return selected;
+}
+
+// Coarse cells for registration as long as they leave enough points (small rooms do not).
+PointCloud Queries(const PointCloud& fine, const LioConfig& config) {
+  PointCloud coarse = VoxelThinned(fine, config.query_spacing);
+  return static_cast<int>(coarse.size()) < config.min_queries ? fine : coarse;
 }
 
 }  // namespace
 
-SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LioConfig& config) {
-  (void)sweep;
-  return DenseFeatures(deskewed, config);
+SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LidarSpec& lidar,
+                              const LioConfig& config) {
+  SweepFeatures features;
+  features.stamp = deskewed.stamp;
+  features.cloud = VoxelThinned(deskewed.points, config.cloud_spacing);
+  if (config.variant == LioVariant::kEdgePlane && sweep.has_rings) {
+    const CurvatureFeatures found = FindEdgesAndPlanes(deskewed, sweep, lidar.range_noise);
+    features.map_edges = Select(deskewed.points, found.edges);
+    features.edges = VoxelThinned(features.map_edges, config.cloud_spacing);
+    features.map_planes = VoxelThinned(Select(deskewed.points, found.planes), config.cloud_spacing);
+  } else {
+    features.map_planes = features.cloud;
+    if (config.variant == LioVariant::kEdgePlane) {
+      features.note = "no rings in the sweep: dense planes in place of edges and planes";
+    }
+  }
+  features.planes = Queries(features.map_planes, config);
+  return features;
 }
 
 }  // namespace mlvi

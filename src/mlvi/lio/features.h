@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "mlvi/lio/deskew.h"
 #include "mlvi/lio/lio_config.h"
 
@@ -14,10 +16,13 @@ struct SweepFeatures {
   PointCloud edges;       // registered point to line; empty in the dense variant
   PointCloud map_planes;  // inserted into the map of planes
   PointCloud map_edges;   // inserted into the map of edges
+  PointCloud cloud;       // the whole sweep, thinned, for those who ask for it
   std::string note;       // why the variant asked for was not possible; empty otherwise
 };
 
-// Features of a deskewed sweep by the variant of `config`.
-SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LioConfig& config);
+// Features of a deskewed sweep by the variant of `config`. Edges need rings: a sweep without them is registered in the
+// dense variant, and the note says so.
+SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LidarSpec& lidar,
+                              const LioConfig& config);
 
 }  // namespace mlvi

@@ -125,10 +125,10 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
                                 ? std::vector<NavState>{state}
                                 : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
                                                  state.v_world_body, state.bias, samples);
-    const SweepFeatures features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, config);
+    const SweepFeatures features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
     result.new_share = map.Insert(features, state.T_world_body);
     result.estimates.push_back({.state = state, .covariance = first->covariance, .degeneracy = {}});
-    result.clouds.push_back(std::make_shared<PointCloud>(features.map_planes));
+    result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
   Accept(AnchorToMap(first->states.back(), first->covariance));
   last_registered = estimate.mean.nav.stamp;
@@ -147,7 +147,7 @@ DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep, std::span<const Na
 
 SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep) {
   const StageTimes::Scope timer(times, "lio/features");
-  return ExtractFeatures(deskewed, sweep, config);
+  return ExtractFeatures(deskewed, sweep, *rig.lidar, config);
 }
 
 RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features, const StateEstimate& prior) {
@@ -172,7 +172,7 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   result.new_share = map.Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.push_back(
       {.state = estimate.mean.nav, .covariance = ReportedCovariance(estimate, Matrix6d::Zero()), .degeneracy = registration.degeneracy});
-  result.clouds.push_back(std::make_shared<PointCloud>(features.map_planes));
+  result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;
 }
 

@@ -92,7 +92,7 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
   const std::vector<NavState> trajectory = GyroTrajectory(start, velocity_, {}, samples);
   const DeskewedSweep deskewed = Deskew(sweep, trajectory, *rig_.lidar);
   Kept kept{.sweep = sweep, .T_start_body = Pose3(), .covariance = Matrix6d::Identity() * 1e-6,
-            .features = ExtractFeatures(deskewed, sweep, config_)};
+            .features = ExtractFeatures(deskewed, sweep, *rig_.lidar, config_)};
   if (first) return kept;
   const double dt = (sweep.end() - from).seconds();
   const double angle = LogSo3(start.rotation().conjugate() * trajectory.back().T_world_body.rotation()).norm();
@@ -114,7 +114,7 @@ void Start::RebuildMap() {
   const std::vector<ImuSample> samples = SamplesBetween(imu_, first.sweep.stamp, first.sweep.end());
   if (!samples.empty()) {
     const auto trajectory = GyroTrajectory(Pose3(), velocity_, {}, samples);
-    first.features = ExtractFeatures(Deskew(first.sweep, trajectory, *rig_.lidar), first.sweep, config_);
+    first.features = ExtractFeatures(Deskew(first.sweep, trajectory, *rig_.lidar), first.sweep, *rig_.lidar, config_);
   }
   map_.Insert(first.features, first.T_start_body);
 }
