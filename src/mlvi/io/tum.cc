@@ -64,10 +64,10 @@ std::string TumLine(const StampedPose& pose) {
                      scale * q.x(), scale * q.y(), scale * q.z(), scale * q.w());
 }
 
-Expected<void> WriteTum(const std::vector<StampedPose>& poses, const std::string& path, const std::string& comment) {
+Expected<void> WriteTum(const Trajectory& trajectory, const std::string& path, const std::string& comment) {
   std::ofstream file(path, std::ios::binary);
   if (!comment.empty()) file << "# " << comment << '\n';
-  for (const StampedPose& pose : poses) file << TumLine(pose);
+  for (const StampedPose& pose : trajectory) file << TumLine(pose);
   file.close();
   if (!file) return MakeError(kKind, "cannot write '{}': does the folder exist, is the disk full?", path);
   return {};

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/io/bag_writer.h"
+
+#include "mlvi/io/sweep_messages.h"
+
+namespace mlvi {
+namespace {
+
+constexpr char kOuster[] = "OS0-128", kVelodyne[] = "VLP-32C", kHesai[] = "PandarXT-32";
+
+}  // namespace
+
+Expected<std::unique_ptr<BagWriter>> BagWriter::Create(const std::string& path, const Rig& rig,
+                                                       const BagWriterOptions& options) {
+  const std::string model = rig.lidar ? rig.lidar->model : kOuster;
+  if (model != kOuster && model != kVelodyne && model != kHesai) {
+    return MakeError(ErrorKind::kConfiguration, "lidar.model '{}' has no message layout to write; {}, {} and {} have",
+                     model, kOuster, kVelodyne, kHesai);
+  }
+  auto bag = RawBagWriter::Create(path, options.compression);
+  if (!bag) return tl::unexpected(Error{bag.error().kind, fmt::format("'{}': {}", path, bag.error().message)});
+  return std::unique_ptr<BagWriter>(new BagWriter(std::move(*bag), rig, options));
+}
+
+Expected<void> BagWriter::Write(const Measurement& measurement) {
+  const Time receipt = AvailableAt(measurement);
+  if (const auto* imu = std::get_if<ImuSample>(&measurement)) {
+    return bag_->Write(rig_.imu.topic, receipt, ImuMessage(*imu));
+  }
+  if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) {
+    MLVI_CHECK(rig_.lidar.has_value(), "a sweep to write, but rig '{}' has no lidar", rig_.name);
+    return bag_->Write(rig_.lidar->topic, receipt, SweepMessage(*sweep));
+  }
+  const Image& image = std::get<Image>(measurement);
+  const auto camera = static_cast<std::size_t>(image.camera);
+  MLVI_CHECK(camera < rig_.cameras.size(), "camera {} of {}", camera, rig_.cameras.size());
+  return bag_->Write(rig_.cameras[camera].topic, receipt, ImageMessage(image, rig_.cameras[camera].name));
+}
+
+RosMessage BagWriter::SweepMessage(const LidarSweep& sweep) const {
+  if (rig_.lidar->model == kVelodyne) {
+    return PointCloud2Message(VelodyneCloud(sweep, options_.velodyne_stamp == VelodyneStamp::kLastPacket));
+  }
+  if (rig_.lidar->model == kHesai) return PointCloud2Message(HesaiCloud(sweep));
+  return PointCloud2Message(OusterCloud(sweep, Duration::FromSeconds(1.0 / rig_.lidar->rate_hz)));
+}
+
+}  // namespace mlvi

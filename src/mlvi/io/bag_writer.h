@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "mlvi/base/error.h"
+#include "mlvi/io/raw_bag_writer.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+
+namespace mlvi {
+
+// What a Velodyne driver makes the header's stamp of: the first packet of a turn (times are positive) or the last one
+// (times are negative; the driver's default).
+enum class VelodyneStamp : int { kFirstPacket = 0, kLastPacket = 1 };
+
+struct BagWriterOptions {
+  BagCompression compression = BagCompression::kNone;
+  VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
+};
+
+// Writes ROS 1 bags with the topics of a rig and the messages of the real drivers, by LidarSpec::model:
+//   "OS0-128"      Ouster: organised 128 x 1024, missing returns as zeros, t uint32 ns from the header's stamp (start)
+//   "VLP-32C"      Velodyne XYZIRT: time float32 s from the header's stamp (see VelodyneStamp)
+//   "PandarXT-32"  Hesai: timestamp float64, absolute s; header's stamp is the start
+// Values are written as they are (units, NaN, stamps without the rig's time offsets): what a driver would send.
+// Images become sensor_msgs/Image mono8.
+class BagWriter {
+ public:
+  // Errors: a file that cannot be written (kInput), a LiDAR model without a layout (kConfiguration).
+  static Expected<std::unique_ptr<BagWriter>> Create(const std::string& path, const Rig& rig,
+                                                     const BagWriterOptions& options = {});
+
+  // Messages are to be written in the order of arrival; the receipt time is AvailableAt(measurement).
+  Expected<void> Write(const Measurement& measurement);
+  // Writes the index and ends the file; a bag that was not closed has none.
+  Expected<void> Close() { return bag_->Close(); }
+
+ private:
+  BagWriter(std::unique_ptr<RawBagWriter> bag, const Rig& rig, const BagWriterOptions& options)
+      : bag_(std::move(bag)), rig_(rig), options_(options) {}
+  RosMessage SweepMessage(const LidarSweep& sweep) const;
+
+  std::unique_ptr<RawBagWriter> bag_;
+  Rig rig_;
+  BagWriterOptions options_;
+};
+
+}  // namespace mlvi
