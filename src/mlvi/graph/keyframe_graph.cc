@@ -39,7 +39,7 @@ Matrix6d PoseChartCovariance(const OdometryEstimate& estimate) {
 }
 
 template <int N>
-Eigen::Matrix<double, N, N> SqrtInformation(const Eigen::Matrix<double, N, N>& covariance) {
+Eigen::Matrix<double, N, N> SqrtInformationOf(const Eigen::Matrix<double, N, N>& covariance) {
   return SquareRoot<N>(covariance.inverse());
 }
 
@@ -138,7 +138,7 @@ Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, con
                id.value(), variables_.size());
     return variables_[static_cast<std::size_t>(id.value())];
   };
-  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformation<6>(covariance)),
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(covariance)),
                       std::make_shared<ceres::CauchyLoss>(config_.loop_loss_scale),
                       {variables(from).pose, variables(to).pose});
   const NavState before = Estimate(keyframes_.back().id);
@@ -184,13 +184,13 @@ void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& 
   // Position and yaw of the first keyframe define the world: a floor keeps the prior finite.
   const Matrix6d pose_covariance = PoseChartCovariance(estimate) + 1e-8 * Matrix6d::Identity();
   smoother_.AddFactor(
-      std::make_shared<PosePriorFactor>(estimate.state.T_world_body, SqrtInformation<6>(pose_covariance)), nullptr,
+      std::make_shared<PosePriorFactor>(estimate.state.T_world_body, SqrtInformationOf<6>(pose_covariance)), nullptr,
       {at.pose});
   smoother_.AddFactor(
-      std::make_shared<VectorPriorFactor>(estimate.state.v_world_body, SqrtInformation<3>(velocity_covariance)),
+      std::make_shared<VectorPriorFactor>(estimate.state.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
       nullptr, {at.velocity});
   smoother_.AddFactor(
-      std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias), SqrtInformation<6>(bias_covariance)),
+      std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias), SqrtInformationOf<6>(bias_covariance)),
       nullptr, {at.bias});
 }
 

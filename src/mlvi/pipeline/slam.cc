@@ -107,8 +107,8 @@ void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<c
   }
 }
 
-std::vector<TrajectoryPose> Slam::Trajectory() const {
-  std::vector<TrajectoryPose> trajectory;
+Trajectory Slam::SmoothedTrajectory() const {
+  Trajectory trajectory;
   trajectory.reserve(anchored_.size());
   for (const Anchored& pose : anchored_) {
     trajectory.push_back({pose.stamp, graph_.Estimate(pose.keyframe).T_world_body * pose.T_keyframe_body});

@@ -13,6 +13,7 @@
 
 #include "mlvi/base/config.h"
 #include "mlvi/base/stage_times.h"
+#include "mlvi/geometry/stamped_pose.h"
 #include "mlvi/graph/keyframe_graph.h"
 #include "mlvi/lio/lio.h"
 #include "mlvi/pipeline/imu_buffer.h"
@@ -36,12 +37,6 @@ struct SlamConfig {
   void Declare(ConfigDeclaration& d);
 };
 
-// The body pose (IMU) at the last firing of one sweep.
-struct TrajectoryPose {
-  Time stamp;
-  Pose3 T_world_body;
-};
-
 class Slam {
  public:
   // `rig` must be valid (Rig::Validate) and have a LiDAR.
@@ -55,10 +50,10 @@ class Slam {
   // Events reach subscribers while Process runs.
   EventBus& events() { return events_; }
 
-  // Causal estimates, as they were when the sweep came in.
-  const std::vector<TrajectoryPose>& odometry() const { return odometry_; }
+  // T_world_body at the last firing of each sweep, causal: as it was when the sweep came in.
+  const Trajectory& odometry() const { return odometry_; }
   // The same instants after smoothing: every sweep moves with its keyframe.
-  std::vector<TrajectoryPose> Trajectory() const;
+  Trajectory SmoothedTrajectory() const;
   // The newest state propagated to the newest IMU sample; empty before the start.
   const std::optional<NavState>& current() const { return current_; }
   // The newest filtered estimate with covariance and degeneracy.
@@ -92,7 +87,7 @@ class Slam {
   KeyframeGraph graph_;
   ImuBuffer imu_;
   Time imu_needed_from_;  // start of the next interval to be handed to the odometry
-  std::vector<TrajectoryPose> odometry_;
+  Trajectory odometry_;
   std::vector<Anchored> anchored_;
   std::optional<NavState> current_;
   std::optional<OdometryEstimate> newest_;

@@ -57,9 +57,9 @@ void Supervisor::Observe(const LidarSweep& sweep, const LioResult& result) {
              "the IMU alone carries the estimate over the gap");
   last_sweep_end_ = sweep.end();
   if (result.status == LioResult::Status::kRejected) {
-    if (report.dropped[result.reason]++ == 0) {
+    if (report.dropped[result.rejection]++ == 0) {
       events_.Raise({.stamp = sweep.stamp, .severity = Severity::kWarning, .source = "lidar",
-                     .message = fmt::format("sweep at {} not used: {}", ToString(sweep.stamp), result.reason)});
+                     .message = "sweep not used: " + result.reason + ". Further ones are counted in the summary."});
     }
   } else if (result.status == LioResult::Status::kTracking) {
     report.used += static_cast<std::int64_t>(result.estimates.size());

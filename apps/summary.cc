@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "summary.h"
+
+#include <sys/resource.h>
+
+namespace {
+
+using nlohmann::ordered_json;
+
+double CpuSeconds(const rusage& usage) {
+  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+std::string LevelName(mlvi::HealthLevel level) {
+  switch (level) {
+    case mlvi::HealthLevel::kHealthy: return "healthy";
+    case mlvi::HealthLevel::kDegraded: return "degraded";
+    case mlvi::HealthLevel::kFailed: return "failed";
+  }
+  return "unknown";
+}
+
+ordered_json Vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json Messages(const std::map<std::string, mlvi::StreamCounts>& read) {
+  ordered_json topics = ordered_json::object();
+  for (const auto& [topic, counts] : read) {
+    topics[topic] = {{"in", counts.messages}, {"used", counts.delivered}, {"dropped", counts.dropped},
+                     {"repaired", counts.repaired}};
+  }
+  return topics;
+}
+
+ordered_json Streams(const std::map<std::string, mlvi::StreamReport>& reports) {
+  ordered_json streams = ordered_json::object();
+  for (const auto& [name, report] : reports) {
+    streams[name] = {{"in", report.received},
+                     {"used", report.used},
+                     {"dropped", report.dropped},
+                     {"gaps", report.gaps},
+                     {"longest_gap_s", report.longest_gap},
+                     {"health", LevelName(report.health.level)},
+                     {"reason", report.health.reason}};
+  }
+  return streams;
+}
+
+ordered_json Odometry(const mlvi::Slam& slam) {
+  const mlvi::OdometryReport& report = slam.supervisor().odometry();
+  ordered_json odometry = {
+      {"initialized", report.initialized},
+      {"first_estimate_s", report.initialized ? mlvi::ToString(report.first_estimate) : ""},
+      {"estimates", slam.odometry().size()},
+      {"sweeps_before_start", report.sweeps_before_start},
+      {"sweeps_unconverged", report.sweeps_unconverged},
+      {"sweeps_degenerate", report.sweeps_degenerate},
+      {"sweeps_degenerate_in_translation", report.translation_degenerate},
+      {"sweeps_degenerate_in_rotation", report.rotation_degenerate},
+      {"mean_weak_translation_axis_world", Vector(report.mean_weak_translation_axis)},
+      {"lost", report.lost},
+      {"lost_reason", report.lost_reason}};
+  if (slam.newest()) {
+    const mlvi::NavState& state = slam.newest()->state;
+    odometry["final_bias"] = {{"accelerometer_m_s2", Vector(state.bias.accelerometer)},
+                              {"gyroscope_rad_s", Vector(state.bias.gyroscope)}};
+  }
+  return odometry;
+}
+
+ordered_json Stages(const mlvi::StageTimes& times) {
+  ordered_json stages = ordered_json::object();
+  for (const auto& [name, s] : times.Summarize()) {
+    stages[name] = {{"count", s.count},   {"mean", s.mean_ms}, {"p50", s.p50_ms},
+                    {"p95", s.p95_ms},    {"p99", s.p99_ms},   {"max", s.max_ms}};
+  }
+  return stages;
+}
+
+ordered_json Events(const std::vector<mlvi::Event>& events) {
+  ordered_json list = ordered_json::array();
+  for (const mlvi::Event& event : events) {
+    const char* severity = event.severity == mlvi::Severity::kError     ? "error"
+                           : event.severity == mlvi::Severity::kWarning ? "warning"
+                                                                        : "info";
+    list.push_back({{"stamp", mlvi::ToString(event.stamp)}, {"severity", severity}, {"source", event.source},
+                    {"message", event.message}});
+  }
+  return list;
+}
+
+// The calibration that the estimate ended with; LiDAR and camera extrinsics are taken as given.
+ordered_json Calibration(const mlvi::Rig& rig) {
+  ordered_json calibration = ordered_json::object();
+  if (rig.lidar) {
+    const auto& q = rig.lidar->T_body_lidar.rotation();
+    calibration["T_body_lidar"] = {{"t", Vector(rig.lidar->T_body_lidar.translation())},
+                                   {"q_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+  }
+  return calibration;
+}
+
+}  // namespace
+
+ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double keyframes = static_cast<double>(slam.graph().keyframes().size());
+  return {{"status", facts.status},
+          {"reason", facts.reason},
+          {"bags", facts.bags},
+          {"rig", facts.rig},
+          {"data_duration_s", facts.data_duration_s},
+          {"wall_s", facts.wall_s},
+          {"cpu_s", CpuSeconds(usage)},
+          {"real_time_factor", facts.wall_s > 0.0 ? facts.data_duration_s / facts.wall_s : 0.0},
+          {"peak_rss_mb", static_cast<double>(usage.ru_maxrss) / 1024.0},
+          {"keyframes", keyframes},
+          {"resets", slam.supervisor().odometry().resets},
+          {"loops", slam.graph().loops()},
+          {"messages", Messages(facts.read)},
+          {"streams", Streams(slam.supervisor().streams())},
+          {"odometry", Odometry(slam)},
+          {"stages_ms", Stages(slam.times())},
+          {"calibration", Calibration(rig)},
+          {"notes", facts.notes},
+          {"events", Events(facts.events)}};
+}

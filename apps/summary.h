@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "mlvi/pipeline/slam.h"
+#include "mlvi/sensors/measurement_source.h"
+
+// What one run was, beside what the Slam instance knows itself.
+struct RunFacts {
+  std::string status;  // "ok", "degraded", "interrupted", "input_broken_off", "failed"
+  std::string reason;  // empty when ok
+  std::vector<std::string> bags;
+  std::string rig;
+  std::vector<std::string> notes;  // findings of the reader
+  std::vector<mlvi::Event> events;
+  std::map<std::string, mlvi::StreamCounts> read;
+  double data_duration_s = 0.0;
+  double wall_s = 0.0;
+};
+
+// The report of a run, as written to summary.json.
+nlohmann::ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig);

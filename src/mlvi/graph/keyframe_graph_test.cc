@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/graph/keyframe_graph.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+namespace mlvi {
+namespace {
+
+constexpr double kTurnRate = 0.4;  // rad/s
+constexpr double kRadius = 4.0;    // m
+constexpr double kGravity = 9.81;
+constexpr double kImuRate = 200.0;
+constexpr double kStep = 0.5;  // s between odometry estimates
+
+Rig TestRig() {
+  Rig rig;
+  rig.gravity = kGravity;
+  rig.imu.rate_hz = kImuRate;
+  rig.imu.noise = {.accelerometer_density = 1e-2, .gyroscope_density = 1e-3, .accelerometer_random_walk = 1e-4,
+                   .gyroscope_random_walk = 1e-5};
+  return rig;
+}
+
+// A body that walks a circle in the horizontal plane, facing along it: exact states and IMU in closed form.
+NavState CircleState(double t) {
+  const double angle = kTurnRate * t;
+  NavState state;
+  state.stamp = Time::FromSeconds(t);
+  state.T_world_body = Pose3(ExpSo3({0.0, 0.0, angle}),
+                             {kRadius * std::sin(angle), kRadius * (1.0 - std::cos(angle)), 0.0});
+  state.v_world_body = kRadius * kTurnRate * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+  return state;
+}
+
+std::vector<ImuSample> CircleImu(double from, double to) {
+  std::vector<ImuSample> samples;
+  const int n = static_cast<int>(std::lround((to - from) * kImuRate));
+  for (int i = 0; i <= n; ++i) {
+    samples.push_back({.stamp = Time::FromSeconds(from + i / kImuRate),
+                       .angular_velocity = {0.0, 0.0, kTurnRate},
+                       .linear_acceleration = {0.0, kRadius * kTurnRate * kTurnRate, kGravity}});
+  }
+  return samples;
+}
+
+OdometryEstimate EstimateOf(const NavState& state) {
+  OdometryEstimate estimate;
+  estimate.state = state;
+  Vector15d sigma;
+  sigma << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-3),
+      Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-3);
+  estimate.covariance = sigma.cwiseAbs2().asDiagonal();
+  estimate.degeneracy.information = 1e6 * Matrix6d::Identity();
+  return estimate;
+}
+
+GraphUpdate AddAt(KeyframeGraph& graph, double t, const OdometryEstimate& estimate) {
+  const Expected<GraphUpdate> update =
+      graph.Add(estimate, nullptr, t > 0.0 ? CircleImu(t - kStep, t) : std::vector<ImuSample>());
+  EXPECT_TRUE(update.has_value()) << update.error().message;
+  return *update;
+}
+
+TEST(KeyframeGraph, KeyframesByDistanceAngleAndTime) {
+  KeyframeGraph graph({.keyframe_distance = 1.0, .keyframe_angle = 0.5, .keyframe_interval = 5.0}, TestRig());
+  NavState state = CircleState(0.0);
+  EXPECT_TRUE(graph.WantsKeyframe(state));
+  AddAt(graph, 0.0, EstimateOf(state));
+  EXPECT_FALSE(graph.WantsKeyframe(state));
+  NavState moved = state, turned = state, waited = state;
+  moved.T_world_body = Pose3::FromTranslation({0.0, 1.01, 0.0});
+  turned.T_world_body = Pose3(ExpSo3({0.51, 0.0, 0.0}), Eigen::Vector3d::Zero());
+  waited.stamp = state.stamp + Duration::FromSeconds(5.1);
+  EXPECT_TRUE(graph.WantsKeyframe(moved));
+  EXPECT_TRUE(graph.WantsKeyframe(turned));
+  EXPECT_TRUE(graph.WantsKeyframe(waited));
+}
+
+TEST(KeyframeGraph, ReproducesExactMeasurements) {
+  KeyframeGraph graph({}, TestRig());
+  for (double t = 0.0; t < 20.0; t += kStep) AddAt(graph, t, EstimateOf(CircleState(t)));
+  for (const Keyframe& keyframe : graph.keyframes()) {
+    const Vector15d error = BoxMinus(graph.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds()));
+    EXPECT_LT(error.head<3>().norm(), 1e-3);
+    EXPECT_LT(error.segment<3>(nav_index::kVelocity).norm(), 1e-2);
+    EXPECT_LT(error.segment<3>(nav_index::kRotation).norm(), 1e-4);
+  }
+}
+
+TEST(KeyframeGraph, OdometryErrorsAlongDegenerateDirectionsDoNotEnter) {
+  KeyframeGraph graph({}, TestRig());
+  for (double t = 0.0; t < 4.0; t += kStep) {
+    OdometryEstimate estimate = EstimateOf(CircleState(t));
+    // The registration cannot tell the body's x direction, and the odometry slides 0.2 m along it at each keyframe.
+    estimate.degeneracy.information.row(0).setZero();
+    estimate.degeneracy.information.col(0).setZero();
+    estimate.state.T_world_body = BoxPlus(estimate.state.T_world_body, 0.4 * t * Vector6d::Unit(0));
+    AddAt(graph, t, estimate);
+  }
+  const Keyframe& last = graph.keyframes().back();
+  const double odometry_error =
+      (last.state.T_world_body.translation() - CircleState(last.state.stamp.seconds()).T_world_body.translation()).norm();
+  const double graph_error = BoxMinus(graph.Estimate(last.id), CircleState(last.state.stamp.seconds())).head<3>().norm();
+  EXPECT_GT(odometry_error, 1.0);
+  EXPECT_LT(graph_error, 0.05);
+}
+
+TEST(KeyframeGraph, ALoopRemovesDriftAndAWrongOneDoesNotBendTheMap) {
+  const auto drifted = [](KeyframeGraph& graph) {
+    Pose3 drift;
+    for (double t = 0.0; t <= 15.5; t += kStep) {  // a full circle
+      OdometryEstimate estimate = EstimateOf(CircleState(t));
+      estimate.degeneracy.information *= 1e-2;
+      drift = drift * Pose3::FromTranslation({0.0, 0.0, 0.005});
+      estimate.state.T_world_body = drift * estimate.state.T_world_body;
+      AddAt(graph, t, estimate);
+    }
+    return graph.keyframes().back().id;
+  };
+  const auto error_of_last = [](const KeyframeGraph& graph) {
+    const Keyframe& last = graph.keyframes().back();
+    return BoxMinus(graph.Estimate(last.id), CircleState(last.state.stamp.seconds())).head<3>().norm();
+  };
+  GraphConfig config;
+  config.lidar_position_sigma = 0.02;
+  KeyframeGraph right(config, TestRig()), wrong(config, TestRig());
+  const KeyframeId last = drifted(right);
+  drifted(wrong);
+  const double before = error_of_last(right);
+  const NavState truth = CircleState(right.keyframes().back().state.stamp.seconds());
+  const Pose3 T_first_last = CircleState(0.0).T_world_body.inverse() * truth.T_world_body;
+  const Matrix6d covariance = 1e-6 * Matrix6d::Identity();
+  ASSERT_TRUE(right.AddLoop(KeyframeId(0), last, T_first_last, covariance));
+  ASSERT_TRUE(wrong.AddLoop(KeyframeId(0), last, Pose3::FromTranslation({20.0, 0.0, 0.0}), covariance));
+  EXPECT_GT(before, 0.1);
+  EXPECT_LT(error_of_last(right), 0.3 * before);
+  EXPECT_LT(error_of_last(wrong), 2.0 * before);
+  EXPECT_EQ(right.loops(), 1);
+}
+
+TEST(KeyframeGraph, ABadEstimateIsAnErrorAndLeavesTheGraphUsable) {
+  KeyframeGraph graph({}, TestRig());
+  AddAt(graph, 0.0, EstimateOf(CircleState(0.0)));
+  OdometryEstimate bad = EstimateOf(CircleState(kStep));
+  bad.state.v_world_body.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(graph.Add(bad, nullptr, CircleImu(0.0, kStep)));
+  EXPECT_EQ(graph.keyframes().size(), 1U);
+  AddAt(graph, kStep, EstimateOf(CircleState(kStep)));
+  EXPECT_EQ(graph.keyframes().size(), 2U);
+}
+
+TEST(RelativeInformation, IsTheParallelSumOfBothRegistrationsAndTheFloor) {
+  const Matrix6d random = Matrix6d::Random();
+  const Matrix6d a = random * random.transpose() * 1e4 + 1e4 * Matrix6d::Identity();
+  const Matrix6d b = 2e4 * Matrix6d::Identity();
+  const Pose3 T_a_b(ExpSo3({0.3, -0.2, 0.5}), {1.0, 2.0, -0.5});
+  const Matrix6d adjoint = AdjointSe3(T_a_b.inverse());
+  Vector6d floor;
+  floor << Eigen::Vector3d::Constant(0.01 * 0.01), Eigen::Vector3d::Constant(0.002 * 0.002);
+  const Matrix6d expected =
+      adjoint * a.inverse() * adjoint.transpose() + b.inverse() + Matrix6d(floor.asDiagonal());
+  const Matrix6d covariance = RelativeInformation(a, T_a_b, b, 0.01, 0.002).inverse();
+  EXPECT_LT((covariance - expected).norm(), 1e-5 * expected.norm());
+}
+
+TEST(RelativeInformation, KeepsUnknownDirectionsUnknown) {
+  Matrix6d blind = 1e6 * Matrix6d::Identity();
+  blind(1, 1) = 0.0;
+  const Matrix6d information =
+      RelativeInformation(blind, Pose3(), 1e6 * Matrix6d::Identity(), 0.005, 0.001);
+  EXPECT_LT(information(1, 1), 1e-3);
+  EXPECT_GT(information(0, 0), 1e4);
+  EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix6d>(information).eigenvalues().minCoeff(), 0.0);
+}
+
+}  // namespace
+}  // namespace mlvi

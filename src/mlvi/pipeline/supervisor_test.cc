@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/pipeline/supervisor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace mlvi {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class SupervisorTest : public ::testing::Test {
+ protected:
+  SupervisorTest() {
+    events_.Subscribe([this](const Event& event) { messages_.push_back(event.message); });
+  }
+  static Rig TestRig() {
+    Rig rig;
+    rig.imu.rate_hz = 100.0;
+    rig.imu.accelerometer_saturation = 50.0;
+    rig.lidar.emplace();
+    return rig;
+  }
+  static LidarSweep SweepAt(double t) {
+    return {.stamp = Time::FromSeconds(t), .points = {}, .span = Duration::FromSeconds(0.1)};
+  }
+  static LioResult Tracking(bool converged) {
+    LioResult result;
+    result.status = LioResult::Status::kTracking;
+    result.converged = converged;
+    result.estimates.resize(1);
+    return result;
+  }
+
+  EventBus events_;
+  std::vector<std::string> messages_;
+  Supervisor supervisor_{SupervisorConfig{}, TestRig(), events_};
+};
+
+TEST_F(SupervisorTest, ReportsImuGapsOnceAndCountsThemAll) {
+  for (const double t : {0.0, 0.01, 0.51, 0.52, 0.92}) supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(t)});
+  supervisor_.Conclude();
+  const StreamReport& imu = supervisor_.streams().at("imu");
+  EXPECT_EQ(imu.gaps, 2);
+  EXPECT_NEAR(imu.longest_gap, 0.5, 1e-9);
+  EXPECT_EQ(imu.health.level, HealthLevel::kDegraded);
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("gap of 0.500 s")));
+}
+
+TEST_F(SupervisorTest, SaturationDegradesTheImu) {
+  supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(0.0), .linear_acceleration = {50.0, 0.0, 0.0}});
+  supervisor_.Conclude();
+  EXPECT_THAT(supervisor_.streams().at("imu").health.reason, HasSubstr("saturation"));
+}
+
+TEST_F(SupervisorTest, AStreamWithoutMeasurementsHasFailed) {
+  supervisor_.Conclude();
+  EXPECT_EQ(supervisor_.streams().at("lidar").health.level, HealthLevel::kFailed);
+}
+
+TEST_F(SupervisorTest, LostOnlyAfterManyFailuresInARow) {
+  double t = 0.0;
+  const auto observe = [&](bool converged) { supervisor_.Observe(SweepAt(t += 0.1), Tracking(converged)); };
+  observe(true);
+  for (int i = 0; i < 9; ++i) observe(false);
+  observe(true);
+  for (int i = 0; i < 9; ++i) observe(false);
+  EXPECT_FALSE(supervisor_.odometry().lost);
+  observe(false);
+  EXPECT_TRUE(supervisor_.odometry().lost);
+  EXPECT_EQ(supervisor_.odometry().sweeps_unconverged, 19);
+}
+
+TEST_F(SupervisorTest, CountsRejectedSweepsByReason) {
+  LioResult rejected;
+  rejected.status = LioResult::Status::kRejected;
+  rejected.rejection = "empty";
+  supervisor_.Observe(SweepAt(0.0), rejected);
+  supervisor_.Observe(SweepAt(0.1), rejected);
+  supervisor_.AddDropped({{"lidar", {{"duplicate stamp", 3}}}});
+  supervisor_.Conclude();
+  const StreamReport& lidar = supervisor_.streams().at("lidar");
+  EXPECT_EQ(lidar.received, 5);
+  EXPECT_EQ(lidar.dropped.at("empty"), 2);
+  EXPECT_EQ(lidar.dropped.at("duplicate stamp"), 3);
+  EXPECT_EQ(messages_.size(), 1U);
+}
+
+}  // namespace
+}  // namespace mlvi
