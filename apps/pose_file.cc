@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pose_file.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "mlvi/io/text_table.h"
+#include "mlvi/io/tum.h"
+
+namespace {
+
+using mlvi::Expected;
+using mlvi::MakeError;
+using mlvi::TableLine;
+constexpr mlvi::ErrorKind kKind = mlvi::ErrorKind::kInput;
+
+Expected<std::string> ReadText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file.is_open() || file.bad()) return MakeError(kKind, "cannot read '{}': does the file exist?", path);
+  return text;
+}
+
+bool IsInteger(const std::string& word) {
+  return !word.empty() && std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// Integer stamps of that many digits are nanoseconds since 1970 (seconds have 10 until the year 2286).
+bool IsEurocLine(const TableLine& line) {
+  return line.words.size() >= 8 && line.words[0].size() >= 16 && IsInteger(line.words[0]);
+}
+
+Expected<mlvi::StampedPose> ParseEurocLine(const TableLine& line, const std::string& path) {
+  if (!IsEurocLine(line) || line.words[0].size() > 19) {
+    return MakeError(kKind, "{}:{}: expected an integer stamp in ns and x y z qw qx qy qz, as in the rows before", path,
+                     line.number);
+  }
+  const auto v = mlvi::Numbers(line, 1, 7, path);
+  if (!v) return tl::unexpected(v.error());
+  const Eigen::Quaterniond rotation((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
+  if (std::abs(rotation.norm() - 1.0) > 0.01) {
+    return MakeError(kKind, "{}:{}: quaternion norm {:.4f}; EuRoC's order is qw qx qy qz", path, line.number,
+                     rotation.norm());
+  }
+  return mlvi::StampedPose{.stamp = mlvi::Time::FromNanoseconds(std::stoll(line.words[0])),
+                           .pose = mlvi::Pose3(rotation, {(*v)[0], (*v)[1], (*v)[2]})};
+}
+
+Expected<Eigen::Isometry3d> ParseKittiLine(const TableLine& line, const std::string& path) {
+  if (line.words.size() != 12) {
+    return MakeError(kKind, "{}:{}: {} columns; rows of this file have 12 (KITTI)", path, line.number,
+                     line.words.size());
+  }
+  const auto v = mlvi::Numbers(line, 0, 12, path);
+  if (!v) return tl::unexpected(v.error());
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v->data());
+  const double error = (pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm();
+  if (error > 1e-3) {
+    return MakeError(kKind, "{}:{}: the 3x3 part is no rotation (R R^T is off by {:.2g}); expected a 3x4 pose row by row",
+                     path, line.number, error);
+  }
+  return pose;
+}
+
+template <typename Pose, typename ParseLine>
+Expected<std::vector<Pose>> ParseAll(const std::vector<TableLine>& lines, const std::string& path,
+                                     const ParseLine& parse) {
+  std::vector<Pose> poses;
+  for (const TableLine& line : lines) {
+    auto pose = parse(line, path);
+    if (!pose) return tl::unexpected(pose.error());
+    poses.push_back(*pose);
+  }
+  return poses;
+}
+
+}  // namespace
+
+Expected<PoseFile> ReadPoseFile(const std::string& path) {
+  const auto text = ReadText(path);
+  if (!text) return tl::unexpected(text.error());
+  const std::vector<TableLine> lines = mlvi::SplitTable(*text);
+  if (lines.empty()) return MakeError(kKind, "{}: no pose in this file", path);
+  if (lines[0].words.size() == 12) {
+    return ParseAll<Eigen::Isometry3d>(lines, path, ParseKittiLine).map([](auto&& poses) {
+      return PoseFile{.stamped = {}, .unstamped = std::move(poses)};
+    });
+  }
+  const auto trajectory = IsEurocLine(lines[0]) ? ParseAll<mlvi::StampedPose>(lines, path, ParseEurocLine)
+                                                : mlvi::ParseTum(*text, path);
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  return PoseFile{.stamped = *trajectory, .unstamped = {}};
+}
