@@ -85,9 +85,9 @@ Expected<std::unique_ptr<BagReader>> BagReader::Open(const std::string& path) {
 
 Expected<void> BagReader::ReadPreamble() {
   std::vector<std::uint8_t> magic;
-  ReadBytes(0, std::min<std::uint64_t>(kMagic.size(), file_size_), magic);
+  ReadBytes(0, std::min<std::uint64_t>(16, file_size_), magic);
   const std::string_view begin(reinterpret_cast<const char*>(magic.data()), magic.size());
-  if (begin != kMagic) {
+  if (!begin.starts_with(kMagic)) {
     return MakeError(kKind, "'{}' is no ROS 1 bag: it does not begin with '#ROSBAG V2.0'; it is {}", path_,
                      GuessFormat(begin));
   }

@@ -75,8 +75,10 @@ void SetOrigin(const Extent& extent, bool absolute, Time header, Duration period
   const double first = extent.min * unit, last = extent.max * unit, near = 2.0 * period.seconds();
   if (absolute) {
     times.origin = TimeOrigin::kAbsolute;
-    // In the raw unit first: 1.6e9 s times 1e9 stays within the precision of the raw value.
-    times.stamp = Time::FromNanoseconds(std::llround(extent.min * (unit * 1e9)));
+    // Whole units and the rest apart: a product near 1.6e18 would be rounded to 256 ns.
+    const double whole = std::floor(extent.min), ns_per_unit = std::round(unit * 1e9);
+    times.stamp = Time::FromNanoseconds(static_cast<std::int64_t>(whole) * static_cast<std::int64_t>(ns_per_unit) +
+                                        std::llround((extent.min - whole) * ns_per_unit));
   } else if (std::abs(first) <= near && std::abs(last) <= near) {
     const bool from_end = first < -0.3 * period.seconds() && last < 0.3 * period.seconds();
     times.origin = from_end ? TimeOrigin::kSweepEnd : TimeOrigin::kSweepStart;

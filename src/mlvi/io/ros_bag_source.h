@@ -18,7 +18,7 @@ namespace mlvi {
 
 struct RosBagSourceOptions {
   bool use_lidar = true;
-  std::vector<std::string> cameras;  // names of the rig's cameras to decode; empty: none
+  std::vector<std::string> cameras = {};  // names of the rig's cameras to decode; empty: none
 };
 
 // Reads one or several ROS 1 bags, the parts of one recording in their order: each is opened when the one before has

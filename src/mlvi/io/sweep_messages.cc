@@ -44,6 +44,12 @@ Integer Saturate(double value) {
   return static_cast<Integer>(std::min(value, static_cast<double>(std::numeric_limits<Integer>::max())));
 }
 
+// The nearest double: whole seconds and the rest apart.
+double AbsoluteSeconds(Time time) {
+  const std::int64_t ns = time.nanoseconds();
+  return static_cast<double>(ns / 1'000'000'000) + static_cast<double>(ns % 1'000'000'000) * 1e-9;
+}
+
 bool IsReturn(const LidarPoint& point) { return !(point.position.array() == 0.0F).all(); }
 
 std::uint32_t CountReturns(const LidarSweep& sweep) {
@@ -119,7 +125,7 @@ PointCloud2Data HesaiCloud(const LidarSweep& sweep) {
     if (!IsReturn(point)) continue;
     PutPosition(bytes, point);
     Put(bytes, 16, point.intensity);
-    Put(bytes, 24, (sweep.stamp + Duration::FromNanoseconds(point.offset_ns)).seconds());
+    Put(bytes, 24, AbsoluteSeconds(sweep.stamp + Duration::FromNanoseconds(point.offset_ns)));
     Put(bytes, 32, point.ring);
     bytes += cloud.point_step;
   }
