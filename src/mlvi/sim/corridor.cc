@@ -11,7 +11,7 @@ namespace {
 constexpr double kCarried = 1.4;  // m, height of the sensor above the floor
 
 struct Materials {
-  MaterialId wall, floor, ceiling, dark_glass, door, furniture;
+  MaterialId wall, floor, ceiling, dark_glass, frame, door, furniture;
 };
 
 Materials AddMaterials(MeshBuilder& builder) {
@@ -21,6 +21,8 @@ Materials AddMaterials(MeshBuilder& builder) {
           // So dark that a LiDAR sees it from nearby only: the ends of the corridor give no bearing
           // from its middle.
           .dark_glass = builder.AddMaterial("dark glass", 0.01),
+          // Door frames face along the corridor: dark, so that they are not seen from afar either.
+          .frame = builder.AddMaterial("door frame", 0.03),
           .door = builder.AddMaterial("door", 0.4),
           .furniture = builder.AddMaterial("furniture", 0.5)};
 }
@@ -66,22 +68,36 @@ void AddRoom(MeshBuilder& builder, const Eigen::Vector3d& low, const Eigen::Vect
   builder.AddPanel({low + size.z() * z, x, y, size.x(), size.y()}, m.ceiling);
 }
 
-PanelHole Passage(double u0, double u1, double height, double depth) {
-  return {.u0 = u0, .u1 = u1, .v0 = 0.0, .v1 = height, .depth = depth, .open = true};
+// A passage between rooms; the wall of one of them holds its reveals, 0.2 m deep.
+PanelHole Passage(double u0, double u1, double height) {
+  return {.u0 = u0, .u1 = u1, .v0 = 0.0, .v1 = height, .depth = 0.0, .open = true};
+}
+PanelHole FramedPassage(double u0, double u1, double height, MaterialId frame) {
+  PanelHole hole = Passage(u0, u1, height);
+  hole.depth = 0.2;
+  hole.reveal = frame;
+  return hole;
 }
 
 // Corridor along x, the lobby south of its beginning, joined by a passage in a wall of 0.2 m.
 void AddCorridorAndLobby(MeshBuilder& builder, const Materials& m, RandomStream& random) {
   const auto door = [&](double x) {
     const double u = x + random.Uniform(-0.5, 0.5);
-    return PanelHole{.u0 = u, .u1 = u + 0.95, .v0 = 0.0, .v1 = 2.1, .depth = 0.12, .back = m.door};
+    return PanelHole{.u0 = u,
+                     .u1 = u + 0.95,
+                     .v0 = 0.0,
+                     .v1 = 2.1,
+                     .depth = 0.06,
+                     .back = m.door,
+                     .reveal = m.frame};
   };
-  const WallHoles corridor{.south = {Passage(2.0, 4.4, 2.3, 0.2), door(24.0)},
-                           .north = {door(9.0), door(41.0), Passage(51.2, 53.6, 2.3, 0.2)}};
+  const WallHoles corridor{
+      .south = {FramedPassage(2.0, 4.4, 2.3, m.frame), door(24.0)},
+      .north = {door(9.0), door(41.0), FramedPassage(51.2, 53.6, 2.3, m.frame)}};
   AddRoom(builder, {0.0, -1.2, 0.0}, {54.0, 1.2, 2.8},
           {m.wall, m.dark_glass, m.wall, m.dark_glass, m.floor, m.ceiling}, corridor);
   AddRoom(builder, {0.0, -9.4, 0.0}, {8.0, -1.4, 3.2}, Painted(m),
-          {.north = {Passage(2.0, 4.4, 2.3, 0.0)}});
+          {.north = {Passage(2.0, 4.4, 2.3)}});
   builder.AddBox({7.2, -3.0, 0.0}, {0.6, 2.0, 1.1}, random.Uniform(-0.2, 0.2), m.furniture);
   builder.AddBox({1.0, -8.6, 0.0}, {1.2, 0.7, 0.75}, random.Uniform(-0.3, 0.3), m.furniture);
   builder.AddColumn({4.3, -5.5, 0.0}, 0.2, 3.2, 16, m.wall);
@@ -90,7 +106,7 @@ void AddCorridorAndLobby(MeshBuilder& builder, const Materials& m, RandomStream&
 // Four flights between near landings (z = 0, 3, 6) and far landings (z = 1.5, 4.5), around a wall.
 void AddStairwell(MeshBuilder& builder, const Materials& m) {
   AddRoom(builder, {49.6, 1.4, 0.0}, {53.9, 7.6, 8.8}, Painted(m),
-          {.south = {Passage(51.2, 53.6, 2.3, 0.0)},
+          {.south = {Passage(51.2, 53.6, 2.3)},
            .west = {{.u0 = 1.6, .u1 = 2.9, .v0 = 6.0, .v1 = 8.2, .depth = 0.2, .open = true}}});
   constexpr int kSteps = 10;
   constexpr double kRun = 0.29, kRise = 0.15;

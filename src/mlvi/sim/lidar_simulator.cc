@@ -70,9 +70,10 @@ LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, T
   return sweep;
 }
 
-void KeepReturns(LidarSweep& sweep) {
-  std::erase_if(sweep.points, [](const LidarPoint& p) {
-    return !p.position.allFinite() || p.position.isZero(0.0F);
+void KeepReturns(LidarSweep& sweep, double min_range, double max_range) {
+  std::erase_if(sweep.points, [&](const LidarPoint& p) {
+    const double range = p.position.cast<double>().norm();
+    return !(range > 0.0 && range >= min_range && range <= max_range);  // NaN, too
   });
   if (sweep.points.empty()) {
     sweep.span = Duration();

@@ -33,8 +33,9 @@ class LidarSimulator {
   RandomStream random_;
 };
 
-// Keeps finite, non-zero points only and counts offsets from the first firing among them, as a
-// sweep read from a file is delivered (LidarSweep). A sweep without any keeps its stamp.
-void KeepReturns(LidarSweep& sweep);
+// Keeps finite points from `min_range` (> 0) to `max_range` m only and counts offsets from the
+// first firing among them, as a sweep read from a file is delivered (LidarSweep). A sweep without
+// any keeps its stamp.
+void KeepReturns(LidarSweep& sweep, double min_range, double max_range);
 
 }  // namespace mlvi

@@ -99,13 +99,14 @@ void MeshBuilder::AddPanel(const PanelFrame& frame, MaterialId material,
   }
   for (const PanelHole& h : holes) {
     const double d = h.depth;
+    const MaterialId reveal = h.reveal.value_or(material);
     if (d == 0.0) continue;  // a passage whose reveals belong to the wall on the other side
-    AddQuad(at(h.u0, h.v0), at(h.u0, h.v1), at(h.u0, h.v1, d), at(h.u0, h.v0, d), material);
-    AddQuad(at(h.u1, h.v0), at(h.u1, h.v1), at(h.u1, h.v1, d), at(h.u1, h.v0, d), material);
-    AddQuad(at(h.u0, h.v0), at(h.u1, h.v0), at(h.u1, h.v0, d), at(h.u0, h.v0, d), material);
-    AddQuad(at(h.u0, h.v1), at(h.u1, h.v1), at(h.u1, h.v1, d), at(h.u0, h.v1, d), material);
-    if (!h.open)
-      AddQuad(at(h.u0, h.v0, d), at(h.u1, h.v0, d), at(h.u1, h.v1, d), at(h.u0, h.v1, d), h.back);
+    AddQuad(at(h.u0, h.v0), at(h.u0, h.v1), at(h.u0, h.v1, d), at(h.u0, h.v0, d), reveal);
+    AddQuad(at(h.u1, h.v0), at(h.u1, h.v1), at(h.u1, h.v1, d), at(h.u1, h.v0, d), reveal);
+    AddQuad(at(h.u0, h.v0), at(h.u1, h.v0), at(h.u1, h.v0, d), at(h.u0, h.v0, d), reveal);
+    AddQuad(at(h.u0, h.v1), at(h.u1, h.v1), at(h.u1, h.v1, d), at(h.u0, h.v1, d), reveal);
+    if (h.open) continue;
+    AddQuad(at(h.u0, h.v0, d), at(h.u1, h.v0, d), at(h.u1, h.v1, d), at(h.u0, h.v1, d), h.back);
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct PanelHole {
   double depth = 0.2;  // m, of the reveals, against the normal; 0 only if open
   bool open = false;   // a passage; else closed by a back of `back` (window pane, door leaf)
   MaterialId back = 0;
+  std::optional<MaterialId> reveal = {};  // default: the panel's material
 };
 
 // A plane rectangle in space: corner, unit vectors along width and height, and their size. Its

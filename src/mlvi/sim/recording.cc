@@ -116,10 +116,11 @@ std::optional<Measurement> Recording::NextSweep() {
   const Time time = SweepStamp(index);
   const SequenceFaults& faults = options_.faults;
   if (faults.lidar_gap && faults.lidar_gap->Contains(SecondsOf(time))) return std::nullopt;
+  const LidarSpec& spec = *options_.rig.estimator_rig.lidar;
   LidarSweep sweep = lidar_.Sweep(place_.world, motion_, time, index);
   sweep.stamp = Stamped(time, options_.rig.true_rig.lidar->time_offset);
   SpoilPoints(sweep, index);
-  if (form_ == RecordingForm::kMeasurements) KeepReturns(sweep);
+  if (form_ == RecordingForm::kMeasurements) KeepReturns(sweep, spec.min_range, spec.max_range);
   ++lidar_counts_.messages;
   ++lidar_counts_.delivered;
   return sweep;

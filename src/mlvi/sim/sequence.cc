@@ -34,6 +34,7 @@ Pose3 Hilti2023Extrinsics() {
 
 SimulatedRig MakeSimulatedRig(const Rig& rig, bool wrong_extrinsics, std::uint64_t seed) {
   SimulatedRig result{.true_rig = rig, .estimator_rig = rig};
+  result.true_rig.T_body_groundtruth = result.estimator_rig.T_body_groundtruth = Pose3();
   if (!wrong_extrinsics || !rig.lidar) return result;
   Pose3& truth = result.true_rig.lidar->T_body_lidar;
   if (rig.name == "hilti_2022") {

@@ -47,9 +47,10 @@ struct SimulatedRig {
   Rig estimator_rig;
 };
 
-// With `wrong_extrinsics` the true T_body_lidar differs from `rig`'s: for hilti_2022 it is the
-// value calibrated in 2023 (0.40 deg and 8 mm away), for other rigs it is turned by 0.4 deg and
-// moved by 8 mm, in directions drawn by `seed`.
+// The ground truth of simulated recordings describes the body itself. With `wrong_extrinsics` the
+// true T_body_lidar differs from `rig`'s: for hilti_2022 it is the value calibrated in 2023 (0.40
+// deg and 8 mm away), for other rigs it is turned by 0.4 deg and moved by 8 mm, in directions drawn
+// by `seed`.
 SimulatedRig MakeSimulatedRig(const Rig& rig, bool wrong_extrinsics, std::uint64_t seed);
 
 // The IMU's own noise, by rig name (newer_college, m2dgr, hilti_2022; see RIGS 1.5, 2.4, 4.5); for
