@@ -154,7 +154,9 @@ Expected<int> Run(const RunOptions& options) {
   const RunOutputs outputs(options.output);
   if (const auto prepared = outputs.Prepare(*config); !prepared) return tl::unexpected(prepared.error());
 
-  RunFacts facts{.bags = options.bags, .rig = rig->name};
+  RunFacts facts;
+  facts.bags = options.bags;
+  facts.rig = rig->name;
   const auto start = std::chrono::steady_clock::now();
   const ThreadLimit threads(options.threads);
   const InterruptGuard guard;
