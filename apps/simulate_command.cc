@@ -1,0 +1,329 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "simulate_command.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "exit_code.h"
+#include "interrupt.h"
+#include "mlvi/base/parallel.h"
+#include "mlvi/base/progress.h"
+#include "mlvi/io/bag_writer.h"
+#include "mlvi/io/rig_file.h"
+#include "mlvi/io/tum.h"
+#include "mlvi/sim/recording.h"
+
+namespace {
+
+using namespace mlvi;
+using Json = nlohmann::ordered_json;
+
+struct SimulateOptions {
+  std::string sequence;
+  std::string output;
+  std::string rig = "newer_college";
+  std::string trajectory;
+  double seconds = 0.0;
+  double rest = 2.0;
+  std::uint64_t seed = 1;
+  bool list = false;
+  bool wrong_extrinsics = false;
+  bool imu_in_g = false;
+  // Pairs of seconds: start and length (time_jump: start and jump).
+  std::vector<double> lidar_gap, imu_gap, empty_sweeps, nan_points, time_jump;
+  BagCompression compression = BagCompression::kNone;
+  VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
+  int threads = 0;
+};
+
+const std::map<std::string, BagCompression> kCompressions = {
+    {"none", BagCompression::kNone}, {"bz2", BagCompression::kBz2}, {"lz4", BagCompression::kLz4}};
+const std::map<std::string, VelodyneStamp> kVelodyneStamps = {
+    {"first", VelodyneStamp::kFirstPacket}, {"last", VelodyneStamp::kLastPacket}};
+
+std::optional<FaultWindow> WindowOf(const std::vector<double>& pair) {
+  if (pair.empty()) return std::nullopt;
+  return FaultWindow{.start = pair[0], .length = pair[1]};
+}
+
+Expected<PoseSpline> LoadTrajectory(const std::string& path) {
+  const Expected<Trajectory> poses = ReadTum(path);
+  if (!poses) return tl::unexpected(poses.error());
+  std::vector<Time> stamps;
+  std::vector<Pose3> values;
+  for (const StampedPose& pose : *poses) {
+    if (!pose.has_rotation) {
+      return MakeError(ErrorKind::kInput,
+                       "{}: the pose at {} s has no rotation; motion with rotations is needed",
+                       path, ToString(pose.stamp));
+    }
+    stamps.push_back(pose.stamp);
+    values.push_back(pose.pose);
+  }
+  return FitPoseSpline(stamps, values);
+}
+
+Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
+  const Expected<Rig> rig = LoadRig(options.rig);
+  if (!rig) return tl::unexpected(rig.error());
+  SequenceOptions sequence =
+      StandardSequence(options.sequence, *rig, options.seconds, options.seed);
+  sequence.rig = MakeSimulatedRig(*rig, options.wrong_extrinsics, options.seed);
+  sequence.rest = options.rest;
+  SequenceFaults& faults = sequence.faults;
+  faults.lidar_gap = WindowOf(options.lidar_gap);
+  faults.imu_gap = WindowOf(options.imu_gap);
+  faults.empty_sweeps = WindowOf(options.empty_sweeps);
+  faults.nan_points = WindowOf(options.nan_points);
+  faults.imu_in_g = options.imu_in_g;
+  if (!options.time_jump.empty()) {
+    faults.time_jump = TimeJump{options.time_jump[0], options.time_jump[1]};
+  }
+  if (!options.trajectory.empty()) {
+    Expected<PoseSpline> motion = LoadTrajectory(options.trajectory);
+    if (!motion) return tl::unexpected(motion.error());
+    sequence.trajectory = std::move(*motion);
+  }
+  if (const auto ok = CheckOptions(sequence); !ok) return tl::unexpected(ok.error());
+  return sequence;
+}
+
+// The walks of the catalogue are free by construction (tested); a trajectory from outside may not
+// be.
+Expected<void> CheckFree(const Recording& recording, const SimulateOptions& options) {
+  constexpr double kNeeded = 0.2;  // m
+  const double clearance = recording.Clearance();
+  if (clearance >= kNeeded) return {};
+  return MakeError(
+      ErrorKind::kConfiguration,
+      "the motion of {} comes within {:.2f} m of a surface of the world of '{}' ({:.1f} m "
+      "are needed): it does not fit there; try another sequence",
+      options.trajectory.empty() ? "the sequence" : options.trajectory, clearance, options.sequence,
+      kNeeded);
+}
+
+Json ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json ToJson(const Pose3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation();
+  return {{"t", ToJson(pose.translation())}, {"q_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+Json ToJson(const ImuBias& bias) {
+  return {{"accelerometer_m_s2", ToJson(bias.accelerometer)},
+          {"gyroscope_rad_s", ToJson(bias.gyroscope)}};
+}
+
+Json ToJson(const std::optional<FaultWindow>& window) {
+  if (!window) return nullptr;
+  return {{"start_s", window->start}, {"length_s", window->length}};
+}
+
+Json ToJson(const SequenceFaults& faults) {
+  Json json = {{"lidar_gap", ToJson(faults.lidar_gap)},
+               {"imu_gap", ToJson(faults.imu_gap)},
+               {"empty_sweeps", ToJson(faults.empty_sweeps)},
+               {"nan_points", ToJson(faults.nan_points)},
+               {"time_jump", nullptr},
+               {"imu_in_g", faults.imu_in_g}};
+  if (faults.time_jump) {
+    json["time_jump"] = {{"start_s", faults.time_jump->start}, {"back_s", faults.time_jump->back}};
+  }
+  return json;
+}
+
+Json NoiseJson(const Recording& recording) {
+  const ImuNoise& imu = recording.options().imu_noise;
+  const LidarPhysics& lidar = recording.lidar().pattern().physics;
+  return {{"imu",
+           {{"accelerometer_density", imu.accelerometer_density},
+            {"gyroscope_density", imu.gyroscope_density},
+            {"accelerometer_random_walk", imu.accelerometer_random_walk},
+            {"gyroscope_random_walk", imu.gyroscope_random_walk}}},
+          {"lidar",
+           {{"range_noise_m", lidar.range_noise},
+            {"beam_noise_rad", lidar.beam_noise},
+            {"max_range_m", lidar.max_range},
+            {"dropout", lidar.dropout}}}};
+}
+
+Json MotionJson(const Recording& recording) {
+  const MotionStatistics motion =
+      MeasureMotion(recording.motion(), recording.begin(), recording.end());
+  return {{"mean_speed_m_s", motion.mean_speed},
+          {"mean_rate_rad_s", motion.mean_rate},
+          {"p95_rate_rad_s", motion.p95_rate},
+          {"max_rate_rad_s", motion.max_rate},
+          {"max_acceleration_m_s2", motion.max_acceleration}};
+}
+
+Json Description(const Recording& recording, const SimulateOptions& options, bool interrupted) {
+  const SequenceOptions& sequence = recording.options();
+  Json messages;
+  for (const auto& [topic, counts] : recording.Counts()) messages[topic] = counts.messages;
+  return {{"sequence", sequence.sequence},
+          {"status", interrupted ? "interrupted" : "complete"},
+          {"seed", sequence.seed},
+          {"seconds", sequence.seconds},
+          {"rest_s", sequence.rest},
+          {"begin", ToString(sequence.begin)},
+          {"trajectory", options.trajectory},
+          {"rig", recording.rig().name},
+          {"wrong_extrinsics", options.wrong_extrinsics},
+          {"true_T_body_lidar", ToJson(sequence.rig.true_rig.lidar->T_body_lidar)},
+          {"estimator_T_body_lidar", ToJson(recording.rig().lidar->T_body_lidar)},
+          {"gravity_m_s2", sequence.rig.true_rig.gravity},
+          {"messages", messages},
+          {"faults", ToJson(sequence.faults)},
+          {"noise", NoiseJson(recording)},
+          {"bias_at_begin", ToJson(recording.GroundTruth(recording.begin()).bias)},
+          {"bias_at_end", ToJson(recording.GroundTruth(recording.end()).bias)},
+          {"motion", MotionJson(recording)}};
+}
+
+Expected<void> WriteTruth(const Recording& recording, const std::string& path) {
+  std::vector<StampedPose> poses;
+  for (Time t = recording.begin(); t <= recording.end(); t = t + Duration::FromMilliseconds(10)) {
+    poses.push_back({.stamp = t, .pose = recording.motion().PoseAt(t)});
+  }
+  return WriteTum(
+      poses, path,
+      "T_world_body: pose of the IMU in the simulated world (z up; not the first pose), exact, "
+      "at 100 Hz on the true clock; t x y z qx qy qz qw");
+}
+
+Expected<void> WriteJson(const Json& json, const std::string& path) {
+  std::ofstream file(path);
+  file << json.dump(2) << "\n";
+  file.close();
+  if (!file) return MakeError(ErrorKind::kInput, "cannot write {}; is the disk full?", path);
+  return {};
+}
+
+Expected<void> WriteBag(Recording& recording, const std::string& path,
+                        const SimulateOptions& options, const InterruptGuard& guard) {
+  auto writer = BagWriter::Create(
+      path, recording.options().rig.estimator_rig,
+      {.compression = options.compression, .velodyne_stamp = options.velodyne_stamp});
+  if (!writer) return tl::unexpected(writer.error());
+  ProgressBar progress("simulate " + options.sequence, stderr);
+  while (!guard.interrupted()) {
+    const auto next = recording.Next();
+    if (!next) return tl::unexpected(next.error());
+    if (!*next) break;
+    if (const auto written = (*writer)->Write(**next); !written) return written;
+    progress.Update(recording.Progress());
+  }
+  progress.Finish();
+  return (*writer)->Close();
+}
+
+void PrintCatalogue() {
+  for (const SequenceInfo& info : SequenceCatalogue()) {
+    fmt::print("{:<16} {:>4.0f} s  {}\n", info.name, info.seconds, info.description);
+  }
+}
+
+Expected<int> Simulate(const SimulateOptions& options) {
+  if (options.list) {
+    PrintCatalogue();
+    return kExitDone;
+  }
+  if (options.sequence.empty() || options.output.empty()) {
+    return MakeError(ErrorKind::kConfiguration,
+                     "SEQUENCE and -o DIR are needed; `mlvi simulate --list` names the sequences");
+  }
+  const Expected<SequenceOptions> sequence = Resolve(options);
+  if (!sequence) return tl::unexpected(sequence.error());
+  const ThreadLimit threads(options.threads);
+  Recording recording(*sequence, RecordingForm::kMessages);
+  if (const auto free = CheckFree(recording, options); !free) return tl::unexpected(free.error());
+
+  std::error_code error;
+  std::filesystem::create_directories(options.output, error);
+  if (error) {
+    return MakeError(ErrorKind::kConfiguration, "cannot create {}: {}", options.output,
+                     error.message());
+  }
+  const std::filesystem::path folder(options.output);
+  const InterruptGuard guard;
+  const auto written =
+      SaveRig(recording.rig(), folder / "rig.yaml")
+          .and_then([&] { return WriteTruth(recording, folder / "groundtruth.tum"); })
+          .and_then([&] {
+            return WriteBag(recording, folder / (options.sequence + ".bag"), options, guard);
+          })
+          .and_then([&] {
+            return WriteJson(Description(recording, options, guard.interrupted()),
+                             folder / "sequence.json");
+          });
+  if (!written) return tl::unexpected(written.error());
+  return guard.interrupted() ? kExitInterrupted : kExitDone;
+}
+
+void AddFaultOptions(CLI::App& command, SimulateOptions& options) {
+  const auto pair = [&](const char* name, std::vector<double>& value, const char* description) {
+    command.add_option(name, value, description)->expected(2)->delimiter(',')->group("Faults");
+  };
+  pair("--lidar-gap", options.lidar_gap, "START,LENGTH: seconds without sweeps");
+  pair("--imu-gap", options.imu_gap, "START,LENGTH: seconds without IMU samples");
+  pair("--empty-sweeps", options.empty_sweeps, "START,LENGTH: seconds of sweeps without returns");
+  pair("--nan-points", options.nan_points,
+       "START,LENGTH: seconds in which a tenth of the points is NaN");
+  pair("--time-jump", options.time_jump,
+       "START,BACK: from START on all stamps are BACK seconds too early");
+  command.add_flag("--imu-in-g", options.imu_in_g, "Accelerations in g instead of m/s^2")
+      ->group("Faults");
+  command
+      .add_flag("--wrong-extrinsics", options.wrong_extrinsics,
+                "The rig file's LiDAR mount is off by 0.4 deg and 8 mm (hilti_2022: truth is the "
+                "2023 calibration)")
+      ->group("Faults");
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command =
+      app.add_subcommand("simulate", "Make a recording of a simulated rig with its ground truth");
+  command->add_option("sequence", options->sequence, "Name of the sequence (--list shows all)");
+  command->add_option("-o,--output", options->output,
+                      "Folder for bag, ground truth, rig and description");
+  command->add_flag("--list", options->list, "List the sequences");
+  command->add_option("--rig", options->rig, "Rig file, or the name of a built-in rig")
+      ->capture_default_str();
+  command->add_option("--seconds", options->seconds, "Length (0: the sequence's own)");
+  command->add_option("--seed", options->seed, "Seed of world, motion and noise")
+      ->capture_default_str();
+  command
+      ->add_option("--rest", options->rest, "Seconds at rest at the beginning; 0 starts in motion")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--trajectory", options->trajectory,
+          "Recorded motion of the body (TUM) instead of the sequence's walk; moved to its start")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--compression", options->compression, "Compression of the bag: none, bz2, lz4")
+      ->transform(CLI::CheckedTransformer(kCompressions));
+  command
+      ->add_option("--velodyne-stamp", options->velodyne_stamp,
+                   "What a VLP-32C message is stamped with: its first or last packet")
+      ->transform(CLI::CheckedTransformer(kVelodyneStamps));
+  command
+      ->add_option("--threads", options->threads,
+                   "Number of threads (0: all cores); results do not depend on it")
+      ->check(CLI::NonNegativeNumber);
+  AddFaultOptions(*command, *options);
+  command->callback([options, &exit_code] { exit_code = Report(Simulate(*options)); });
+}
