@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/world.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "mlvi/base/error.h"
+#include "mlvi/base/random.h"
+#include "mlvi/sim/mesh_builder.h"
+#include "mlvi/sim/places.h"
+
+namespace mlvi {
+namespace {
+
+Eigen::Vector3d RandomUnit(RandomStream& random) {
+  const double x = random.Normal(), y = random.Normal(), z = random.Normal();
+  return Eigen::Vector3d(x, y, z).normalized();
+}
+
+// Distance to the nearest triangle by solving o + t d = a + u (b - a) + v (c - a) for each of them.
+double NaiveCast(const TriangleMesh& mesh, const Eigen::Vector3d& origin,
+                 const Eigen::Vector3d& direction) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices[t[0]].cast<double>(),
+                          b = mesh.vertices[t[1]].cast<double>(),
+                          c = mesh.vertices[t[2]].cast<double>();
+    Eigen::Matrix3d A;
+    A << -direction, b - a, c - a;
+    if (std::abs(A.determinant()) < 1e-14) continue;
+    const Eigen::Vector3d x = A.inverse() * (origin - a);
+    if (x[0] > 0.0 && x[1] >= 0.0 && x[2] >= 0.0 && x[1] + x[2] <= 1.0)
+      nearest = std::min(nearest, x[0]);
+  }
+  return nearest;
+}
+
+TEST(World, CastAgreesWithAllTrianglesOneByOne) {
+  const Place place = MakeCorridor(1);
+  RandomStream random(1, "rays");
+  int edges = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector3d origin = place.path.At(random.Uniform(0.0, place.path.length())).position;
+    const Eigen::Vector3d direction = RandomUnit(random);
+    const auto hit = place.world.Cast(origin, direction, 300.0);
+    const double expected = NaiveCast(place.world.mesh(), origin, direction);
+    ASSERT_TRUE(hit.has_value()) << "the corridor is closed";
+    edges += std::abs(hit->range - expected) > 1e-3;
+    EXPECT_NEAR(hit->normal.norm(), 1.0, 1e-6);
+    EXPECT_LE(hit->normal.dot(direction), 0.0);
+  }
+  EXPECT_LE(edges, 1);  // a ray within float rounding of an edge may pass it on the other side
+}
+
+TEST(World, BoxIsClosedAndClearanceIsTheDistanceToItsNearestFace) {
+  MeshBuilder builder;
+  builder.AddBox({1.0, 2.0, 3.0}, {2.0, 4.0, 6.0}, 0.7, builder.AddMaterial("wood", 0.4));
+  const World world(std::move(builder).Finish());
+  const Eigen::Vector3d centre(1.0, 2.0, 6.0);
+  RandomStream random(2, "rays");
+  for (int i = 0; i < 500; ++i) {
+    const auto hit = world.Cast(centre, RandomUnit(random), 100.0);
+    ASSERT_TRUE(hit.has_value());
+    EXPECT_GE(hit->range, 1.0 - 1e-5);
+    EXPECT_LE(hit->range, std::sqrt(14.0) + 1e-5);
+    EXPECT_EQ(hit->material->name, "wood");
+  }
+  EXPECT_NEAR(world.Clearance(centre, 10.0), 1.0, 0.02);  // rays 16 deg apart
+  EXPECT_FALSE(world.Cast(centre, Eigen::Vector3d::UnitZ(), 2.9).has_value());
+}
+
+TEST(World, RefusesBrokenMeshes) {
+  TriangleMesh mesh;
+  EXPECT_THROW(World{mesh}, ContractViolation);
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  mesh.triangle_materials = {0};
+  mesh.materials = {{.name = "air"}};
+  EXPECT_THROW(World{mesh}, ContractViolation);
+}
+
+TEST(MeshBuilder, PanelsAreWholeButForTheirHoles) {
+  MeshBuilder builder;
+  const MaterialId wall = builder.AddMaterial("wall", 0.5), pane = builder.AddMaterial("pane", 0.1);
+  const PanelFrame frame{
+      .corner = {0.0, 0.0, 0.0}, .width = 10.0, .height = 4.0};  // normal along -y
+  builder.AddPanel(frame, wall,
+                   {{.u0 = 1.0, .u1 = 2.0, .v0 = 1.0, .v1 = 3.0, .depth = 0.3, .back = pane},
+                    {.u0 = 6.0, .u1 = 7.5, .v0 = 0.0, .v1 = 2.0, .depth = 0.0, .open = true}});
+  const World world(std::move(builder).Finish());
+  RandomStream random(3, "points");
+  for (int i = 0; i < 1000; ++i) {
+    const double u = random.Uniform(0.01, 9.99), v = random.Uniform(0.01, 3.99);
+    const auto hit = world.Cast({u, -1.0, v}, Eigen::Vector3d::UnitY(), 10.0);
+    const bool window = u > 1.0 && u < 2.0 && v > 1.0 && v<3.0, door = u> 6.0 && u < 7.5 && v < 2.0;
+    ASSERT_EQ(hit.has_value(), !door) << u << " " << v;
+    if (!hit) continue;
+    EXPECT_NEAR(hit->range, window ? 1.3 : 1.0, 1e-5);
+    EXPECT_EQ(hit->material->name, window ? "pane" : "wall");
+  }
+}
+
+TEST(WalkingPath, ClosesAndAdvancesByArcLength) {
+  for (const Place& place : {MakeCourtyard(1), MakeCorridor(1)}) {
+    const WalkingPath& path = place.path;
+    EXPECT_LT((path.At(0.0).position - path.At(path.length()).position).norm(), 1e-9);
+    const double turns =
+        (path.At(path.length()).heading - path.At(0.0).heading) / (2.0 * std::numbers::pi);
+    EXPECT_NEAR(turns, std::round(turns), 1e-9);
+    for (double s = 0.0; s < 1.2 * path.length(); s += 0.1) {
+      const PathPoint a = path.At(s), b = path.At(s + 0.1);
+      EXPECT_NEAR((b.position - a.position).norm(), 0.1, 0.005) << s;
+      EXPECT_LT(std::abs(b.heading - a.heading), 0.5) << s;
+    }
+  }
+}
+
+// What the corridor is for: over long stretches nearly no return tells the motion along it.
+TEST(Corridor, HidesTheMotionAlongIt) {
+  const Place place = MakeCorridor(1);
+  const Eigen::Vector3d middle(32.5, 0.0, 1.4);
+  RandomStream random(4, "rays");
+  int along = 0, all = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const auto hit = place.world.Cast(middle, RandomUnit(random), 50.0);
+    ASSERT_TRUE(hit.has_value());
+    ++all;
+    // Seen by an OS0-128 (LidarPhysics, reference range 50 m) with more than an even chance.
+    const double power = hit->material->reflectivity / 0.8 * std::pow(50.0 / hit->range, 2);
+    along += std::abs(hit->normal.x()) > 0.3 && power > 1.0;
+  }
+  EXPECT_LT(along, all / 1000);
+}
+
+}  // namespace
+}  // namespace mlvi
