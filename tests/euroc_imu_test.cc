@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Preintegration on a real IMU (ADIS16448, 200 Hz) against the states and biases of EuRoC V1_01_easy.
+// Preintegration on a real IMU (ADIS16448, 200 Hz) against the states and biases of EuRoC
+// V1_01_easy.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -61,8 +62,10 @@ std::vector<Row> ReadRows(const std::filesystem::path& path, std::size_t columns
 class EurocImuTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::filesystem::path folder = std::filesystem::path(MLVI_SHARED_DATA_DIR) / "euroc_v1_01";
-    if (!std::filesystem::exists(folder / "imu.csv")) GTEST_SKIP() << "no EuRoC V1_01 in " << folder;
+    const std::filesystem::path folder =
+        std::filesystem::path(MLVI_SHARED_DATA_DIR) / "euroc_v1_01";
+    if (!std::filesystem::exists(folder / "imu.csv"))
+      GTEST_SKIP() << "no EuRoC V1_01 in " << folder;
     for (const Row& row : ReadRows(folder / "imu.csv", 6)) {
       samples_.push_back({row.stamp, row.Vector(0), row.Vector(3)});
     }
@@ -91,8 +94,10 @@ class EurocImuTest : public ::testing::Test {
     std::vector<Window> windows;
     for (std::size_t k = 0; k + step < truth_.size(); k += step) {
       const NavState &first = truth_[k], &second = truth_[k + step];
-      const auto motion = Preintegrate(SamplesBetween(samples_, first.stamp, second.stamp), first.bias, imu);
-      windows.push_back({motion, EvaluateImuResidual(first, second, motion, kGravity).value.head<9>()});
+      const auto motion =
+          Preintegrate(SamplesBetween(samples_, first.stamp, second.stamp), first.bias, imu);
+      windows.push_back(
+          {motion, EvaluateImuResidual(first, second, motion, kGravity).value.head<9>()});
     }
     return windows;
   }
@@ -120,7 +125,8 @@ TEST_F(EurocImuTest, PredictsASecondAhead) {
   EXPECT_LE(Median(rotation), 0.15);
 }
 
-// What the ground truth and the white-noise model leave unexplained: a slow error of rate and specific force.
+// What the ground truth and the white-noise model leave unexplained: a slow error of rate and
+// specific force.
 struct SlowError {
   double rate_sigma, force_sigma;  // rad/s, m/s^2; rms per axis
   // Read off the autocorrelation of both, which falls to 1/e there.
@@ -129,7 +135,8 @@ struct SlowError {
 
 SlowError Measure(double rate_square_sum, double force_square_sum, std::size_t count) {
   const double values = 3.0 * static_cast<double>(count);
-  return {.rate_sigma = std::sqrt(rate_square_sum / values), .force_sigma = std::sqrt(force_square_sum / values)};
+  return {.rate_sigma = std::sqrt(rate_square_sum / values),
+          .force_sigma = std::sqrt(force_square_sum / values)};
 }
 
 // Mean of e^T (covariance + additional)^-1 e over all windows.
@@ -144,12 +151,13 @@ double MeanNees(const Windows& windows, Additional additional) {
   return sum / static_cast<double>(windows.size());
 }
 
-// With the datasheet's noise alone the NEES of a second is not 9 but several hundred. That is not the sensor's white
-// noise: over 0.05 to 0.5 s the errors of rotation and velocity grow in proportion to time, by about 1.5e-3 rad/s and
-// 0.03 m/s^2, and successive windows of 0.05 s correlate by 0.95. The ground truth itself is a smoothing of motion
-// capture with this IMU, so its fast noise follows the IMU's, while its attitude and biases err slowly; gravity is not
-// exactly 9.81 along its z axis, and scale and alignment of the IMU are not modelled. Measured over 0.1 s and entered as
-// a slowly changing bias, this error must explain what is seen over 1 s.
+// With the datasheet's noise alone the NEES of a second is not 9 but several hundred. That is not
+// the sensor's white noise: over 0.05 to 0.5 s the errors of rotation and velocity grow in
+// proportion to time, by about 1.5e-3 rad/s and 0.03 m/s^2, and successive windows of 0.05 s
+// correlate by 0.95. The ground truth itself is a smoothing of motion capture with this IMU, so its
+// fast noise follows the IMU's, while its attitude and biases err slowly; gravity is not
+// exactly 9.81 along its z axis, and scale and alignment of the IMU are not modelled. Measured over
+// 0.1 s and entered as a slowly changing bias, this error must explain what is seen over 1 s.
 TEST_F(EurocImuTest, ErrorsOfASecondFollowFromSlowErrorsOfTheReference) {
   double rate_square_sum = 0.0, force_square_sum = 0.0;
   const auto short_windows = Windows(0.1, DatasheetImu());
@@ -163,13 +171,16 @@ TEST_F(EurocImuTest, ErrorsOfASecondFollowFromSlowErrorsOfTheReference) {
   };
   const double bare = MeanNees(Windows(kWindowSeconds, DatasheetImu()), nothing);
 
-  // An exponentially correlated error of variance s^2 and time t is a bias of that variance with a walk s sqrt(2 / t).
+  // An exponentially correlated error of variance s^2 and time t is a bias of that variance with a
+  // walk s sqrt(2 / t).
   ImuSpec imu = DatasheetImu();
   imu.noise.gyroscope_random_walk = slow.rate_sigma * std::sqrt(2.0 / SlowError::kRateSeconds);
-  imu.noise.accelerometer_random_walk = slow.force_sigma * std::sqrt(2.0 / SlowError::kForceSeconds);
+  imu.noise.accelerometer_random_walk =
+      slow.force_sigma * std::sqrt(2.0 / SlowError::kForceSeconds);
   const auto start_bias = [&](const PreintegratedImu& motion) -> Eigen::Matrix<double, 9, 9> {
     Eigen::Matrix<double, 9, 6> J;
-    J << motion.dp_dba, motion.dp_dbg, motion.dv_dba, motion.dv_dbg, Eigen::Matrix3d::Zero(), motion.dR_dbg;
+    J << motion.dp_dba, motion.dp_dbg, motion.dv_dba, motion.dv_dbg, Eigen::Matrix3d::Zero(),
+        motion.dR_dbg;
     J.leftCols<3>() *= slow.force_sigma;
     J.rightCols<3>() *= slow.rate_sigma;
     return J * J.transpose();
@@ -185,7 +196,8 @@ TEST_F(EurocImuTest, ErrorsOfASecondFollowFromSlowErrorsOfTheReference) {
   EXPECT_GT(explained, 4.5);
 }
 
-// The moving start on the real IMU: six poses of the ground truth over 2.5 s, their steps disturbed like registrations.
+// The moving start on the real IMU: six poses of the ground truth over 2.5 s, their steps disturbed
+// like registrations.
 TEST_F(EurocImuTest, StartsFromMovingPoses) {
   ImuSpec imu = DatasheetImu();
   imu.initial_accelerometer_bias_sigma = 0.15;  // the file's biases reach 0.23 m/s^2 and 0.08 rad/s
@@ -201,24 +213,29 @@ TEST_F(EurocImuTest, StartsFromMovingPoses) {
       if (k > from) {
         Vector6d error;
         for (int i = 0; i < 6; ++i) error(i) = sigma(i) * random.Normal();
-        pose = pose * BoxPlus(truth_[k - 10].T_world_body.inverse() * truth_[k].T_world_body, error);
+        pose =
+            pose * BoxPlus(truth_[k - 10].T_world_body.inverse() * truth_[k].T_world_body, error);
       }
       poses.push_back({truth_[k].stamp, pose, sigma.cwiseAbs2().asDiagonal()});
     }
     const auto start = InitializeFromPoses(poses, samples_, imu, kGravity);
     ASSERT_TRUE(start.has_value()) << start.error().message;
     const NavState &state = start->states.back(), &truth = truth_[from + 50];
-    const Eigen::Vector3d up = state.T_world_body.R().row(2), true_up = truth.T_world_body.R().row(2);
+    const Eigen::Vector3d up = state.T_world_body.R().row(2),
+                          true_up = truth.T_world_body.R().row(2);
     tilt.push_back(std::asin(up.cross(true_up).norm()) * 180.0 / std::numbers::pi);
     velocity.push_back((state.T_world_body.rotation().conjugate() * state.v_world_body -
-                        truth.T_world_body.rotation().conjugate() * truth.v_world_body).norm());
+                        truth.T_world_body.rotation().conjugate() * truth.v_world_body)
+                           .norm());
     gyroscope_bias.push_back((state.bias.gyroscope - truth.bias.gyroscope).norm());
   }
   ASSERT_GT(tilt.size(), 60U);
   RecordProperty("median_tilt_deg", fmt::format("{:.3f}", Median(tilt)));
-  RecordProperty("worst_tilt_deg", fmt::format("{:.3f}", *std::max_element(tilt.begin(), tilt.end())));
+  RecordProperty("worst_tilt_deg",
+                 fmt::format("{:.3f}", *std::max_element(tilt.begin(), tilt.end())));
   RecordProperty("median_velocity_m_s", fmt::format("{:.3f}", Median(velocity)));
-  RecordProperty("worst_velocity_m_s", fmt::format("{:.3f}", *std::max_element(velocity.begin(), velocity.end())));
+  RecordProperty("worst_velocity_m_s",
+                 fmt::format("{:.3f}", *std::max_element(velocity.begin(), velocity.end())));
   RecordProperty("median_gyroscope_bias_rad_s", fmt::format("{:.5f}", Median(gyroscope_bias)));
   EXPECT_LE(Median(tilt), 1.0);
   EXPECT_LE(Median(velocity), 0.1);

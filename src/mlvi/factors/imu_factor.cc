@@ -22,28 +22,36 @@ NavState LoadState(const double* pose, const double* velocity, const double* bia
   return state;
 }
 
-// Distributes the Jacobian by an error state (position in the world) over its three blocks (position in the body frame).
-void StoreJacobians(const Matrix15d& J, const NavState& state, const double* pose, double** blocks) {
+// Distributes the Jacobian by an error state (position in the world) over its three blocks
+// (position in the body frame).
+void StoreJacobians(const Matrix15d& J, const NavState& state, const double* pose,
+                    double** blocks) {
   if (blocks[0] != nullptr) {
     Eigen::Matrix<double, 15, 6> by_pose;
     by_pose << J.middleCols<3>(kPosition) * state.T_world_body.R(), J.middleCols<3>(kRotation);
     StorePoseJacobian<15>(by_pose, pose, blocks[0]);
   }
   if (blocks[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 15, 3, Eigen::RowMajor>>{blocks[1]} = J.middleCols<3>(kVelocity);
+    Eigen::Map<Eigen::Matrix<double, 15, 3, Eigen::RowMajor>>{blocks[1]} =
+        J.middleCols<3>(kVelocity);
   }
   if (blocks[2] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 15, 6, Eigen::RowMajor>>{blocks[2]} = J.middleCols<6>(kAccelerometerBias);
+    Eigen::Map<Eigen::Matrix<double, 15, 6, Eigen::RowMajor>>{blocks[2]} =
+        J.middleCols<6>(kAccelerometerBias);
   }
 }
 
 }  // namespace
 
 ImuFactor::ImuFactor(const PreintegratedImu& preintegrated, double gravity)
-    : preintegrated_(preintegrated), gravity_(gravity), sqrt_information_(SqrtInformation(preintegrated)) {}
+    : preintegrated_(preintegrated),
+      gravity_(gravity),
+      sqrt_information_(SqrtInformation(preintegrated)) {}
 
-bool ImuFactor::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
-  const NavState first = LoadState(parameters[0], parameters[1], parameters[2], preintegrated_.from);
+bool ImuFactor::Evaluate(const double* const* parameters, double* residuals,
+                         double** jacobians) const {
+  const NavState first =
+      LoadState(parameters[0], parameters[1], parameters[2], preintegrated_.from);
   const NavState second = LoadState(parameters[3], parameters[4], parameters[5], preintegrated_.to);
   const ImuResidual residual = EvaluateImuResidual(first, second, preintegrated_, gravity_);
   Eigen::Map<Vector15d>{residuals}.noalias() = sqrt_information_ * residual.value;

@@ -45,7 +45,8 @@ NavState Disturbed(const NavState& state, double scale, RandomStream& random) {
 
 TEST(ImuFactorTest, JacobiansAreCorrect) {
   RandomStream random(4, "imu factor");
-  // A covariance of order one in place of the sensor's, so that residuals and Jacobians are of order one as well.
+  // A covariance of order one in place of the sensor's, so that residuals and Jacobians are of
+  // order one as well.
   PreintegratedImu motion = Motion();
   motion.covariance = Matrix15d::Identity() + 0.01 * Motion().covariance;
   const ImuFactor factor(motion, kGravity);
@@ -72,7 +73,8 @@ TEST(ImuFactorTest, CostIsTheMahalanobisDistance) {
   const NavState first = Disturbed(Walk().State(0.0), 0.01, random);
   const NavState second = Disturbed(Walk().State(0.5), 0.01, random);
   Eigen::VectorXd residuals;
-  ASSERT_TRUE(internal::EvaluateFactor(ImuFactor(motion, kGravity), Blocks(first, second), &residuals, nullptr));
+  ASSERT_TRUE(internal::EvaluateFactor(ImuFactor(motion, kGravity), Blocks(first, second),
+                                       &residuals, nullptr));
   const Vector15d r = EvaluateImuResidual(first, second, motion, kGravity).value;
   const double expected = r.dot(motion.covariance.llt().solve(r));
   EXPECT_NEAR(residuals.squaredNorm(), expected, 1e-6 * expected);

@@ -17,7 +17,9 @@ Eigen::Vector3d RandomVector(RandomStream& random, double sigma) {
   return sigma * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
 }
 
-Pose3 RandomPose(RandomStream& random) { return Pose3(ExpSo3(RandomVector(random, 1.5)), RandomVector(random, 5.0)); }
+Pose3 RandomPose(RandomStream& random) {
+  return Pose3(ExpSo3(RandomVector(random, 1.5)), RandomVector(random, 5.0));
+}
 
 FactorBlock PoseBlock(const Pose3& pose) {
   Eigen::VectorXd value(kPoseBlockSize);
@@ -49,8 +51,10 @@ TEST(PointFactorsTest, ResidualsAreDistancesOverSigma) {
     const Eigen::Vector3d n = RandomVector(random, 1.0).normalized();
     const Pose3 pose = RandomPose(random);
     const Eigen::Vector3d offset = pose * p - a;
-    EXPECT_NEAR(Residuals(PointToPlaneFactor(p, n, -n.dot(a), 0.02), pose)(0), n.dot(offset) / 0.02, 1e-9);
-    EXPECT_NEAR(Residuals(PointToLineFactor(p, a, n, 0.02), pose).norm(), n.cross(offset).norm() / 0.02, 1e-9);
+    EXPECT_NEAR(Residuals(PointToPlaneFactor(p, n, -n.dot(a), 0.02), pose)(0), n.dot(offset) / 0.02,
+                1e-9);
+    EXPECT_NEAR(Residuals(PointToLineFactor(p, a, n, 0.02), pose).norm(),
+                n.cross(offset).norm() / 0.02, 1e-9);
     // A point on the feature has no residual, wherever along it.
     const Eigen::Vector3d on_line = pose.inverse() * (a + 3.0 * n);
     EXPECT_LT(Residuals(PointToLineFactor(on_line, a, n, 1.0), pose).norm(), 1e-12);

@@ -19,27 +19,30 @@ using nav_index::kVelocity;
 // Variances below these are raised to them: nanometres and the like, far under every sensor.
 Vector15d SmallestVariance() {
   Vector15d smallest;
-  smallest << Eigen::Vector3d::Constant(1e-18), Eigen::Vector3d::Constant(1e-16), Eigen::Vector3d::Constant(1e-18),
-      Eigen::Vector3d::Constant(1e-12), Eigen::Vector3d::Constant(1e-14);
+  smallest << Eigen::Vector3d::Constant(1e-18), Eigen::Vector3d::Constant(1e-16),
+      Eigen::Vector3d::Constant(1e-18), Eigen::Vector3d::Constant(1e-12),
+      Eigen::Vector3d::Constant(1e-14);
   return smallest;
 }
 
 }  // namespace
 
-ImuResidual EvaluateImuResidual(const NavState& first, const NavState& second, const PreintegratedImu& preintegrated,
-                                double gravity) {
+ImuResidual EvaluateImuResidual(const NavState& first, const NavState& second,
+                                const PreintegratedImu& preintegrated, double gravity) {
   const PreintegratedImu delta = CorrectedForBias(preintegrated, first.bias);
   const double dt = delta.dt();
   const Eigen::Vector3d g(0.0, 0.0, -gravity);
   const Eigen::Matrix3d Rt = first.T_world_body.R().transpose();
   const Eigen::Quaterniond R_first_second =
       first.T_world_body.rotation().conjugate() * second.T_world_body.rotation();
-  const Eigen::Vector3d dp = Rt * (second.T_world_body.translation() - first.T_world_body.translation() -
-                                   dt * first.v_world_body - 0.5 * dt * dt * g);
+  const Eigen::Vector3d dp =
+      Rt * (second.T_world_body.translation() - first.T_world_body.translation() -
+            dt * first.v_world_body - 0.5 * dt * dt * g);
   const Eigen::Vector3d dv = Rt * (second.v_world_body - first.v_world_body - dt * g);
   const Eigen::Vector3d dR = LogSo3(delta.delta_R.conjugate() * R_first_second);
   ImuResidual r;
-  r.value << dp - delta.delta_p, dv - delta.delta_v, dR, second.bias.accelerometer - first.bias.accelerometer,
+  r.value << dp - delta.delta_p, dv - delta.delta_v, dR,
+      second.bias.accelerometer - first.bias.accelerometer,
       second.bias.gyroscope - first.bias.gyroscope;
 
   r.by_first.setZero();
@@ -56,10 +59,13 @@ ImuResidual EvaluateImuResidual(const NavState& first, const NavState& second, c
   r.by_first.block<3, 3>(kVelocity, kAccelerometerBias) = -delta.dv_dba;
   r.by_first.block<3, 3>(kVelocity, kGyroscopeBias) = -delta.dv_dbg;
   const Eigen::Matrix3d J_inverse = RightJacobianInverseSo3(dR);
-  // The bias turns delta_R by Exp(J d_bg) on its right: the chain rule passes through Jr at that point.
-  const Eigen::Vector3d turned = delta.dR_dbg * (first.bias.gyroscope - preintegrated.bias.gyroscope);
+  // The bias turns delta_R by Exp(J d_bg) on its right: the chain rule passes through Jr at that
+  // point.
+  const Eigen::Vector3d turned =
+      delta.dR_dbg * (first.bias.gyroscope - preintegrated.bias.gyroscope);
   r.by_second.block<3, 3>(kRotation, kRotation) = J_inverse;
-  r.by_first.block<3, 3>(kRotation, kRotation) = -J_inverse * R_first_second.toRotationMatrix().transpose();
+  r.by_first.block<3, 3>(kRotation, kRotation) =
+      -J_inverse * R_first_second.toRotationMatrix().transpose();
   r.by_first.block<3, 3>(kRotation, kGyroscopeBias) =
       -J_inverse * ExpSo3(-dR).toRotationMatrix() * RightJacobianSo3(turned) * delta.dR_dbg;
   r.by_first.bottomRightCorner<6, 6>() = -Eigen::Matrix<double, 6, 6>::Identity();
@@ -71,7 +77,8 @@ Matrix15d SqrtInformation(const PreintegratedImu& preintegrated) {
   covariance.diagonal() = covariance.diagonal().cwiseMax(SmallestVariance()).eval();
   const Eigen::LLT<Matrix15d> llt(covariance);
   MLVI_CHECK(covariance.allFinite() && llt.info() == Eigen::Success,
-             "the covariance of the preintegrated motion over {:.3f} s is not positive definite", preintegrated.dt());
+             "the covariance of the preintegrated motion over {:.3f} s is not positive definite",
+             preintegrated.dt());
   return llt.matrixL().solve(Matrix15d(Matrix15d::Identity()));
 }
 

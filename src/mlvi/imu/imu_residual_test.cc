@@ -24,7 +24,9 @@ TEST(ImuResidualTest, VanishesForThePredictedState) {
   NavState first = Walk().State(0.0);
   first.bias = {.accelerometer = kBias.accelerometer + Eigen::Vector3d(0.02, 0.01, 0.0),
                 .gyroscope = kBias.gyroscope + Eigen::Vector3d(0.0, 0.001, -0.002)};
-  EXPECT_LT(EvaluateImuResidual(first, Predict(first, delta, kGravity), delta, kGravity).value.norm(), 1e-13);
+  EXPECT_LT(
+      EvaluateImuResidual(first, Predict(first, delta, kGravity), delta, kGravity).value.norm(),
+      1e-13);
 }
 
 TEST(ImuResidualTest, JacobiansMatchNumericDifferentiation) {
@@ -41,12 +43,14 @@ TEST(ImuResidualTest, JacobiansMatchNumericDifferentiation) {
     constexpr double kStep = 1e-6;
     for (int i = 0; i < 15; ++i) {
       const Vector15d d = kStep * Vector15d::Unit(i);
-      const Vector15d by_first = (EvaluateImuResidual(BoxPlus(first, d), second, delta, kGravity).value -
-                                  EvaluateImuResidual(BoxPlus(first, -d), second, delta, kGravity).value) /
-                                 (2.0 * kStep);
-      const Vector15d by_second = (EvaluateImuResidual(first, BoxPlus(second, d), delta, kGravity).value -
-                                   EvaluateImuResidual(first, BoxPlus(second, -d), delta, kGravity).value) /
-                                  (2.0 * kStep);
+      const Vector15d by_first =
+          (EvaluateImuResidual(BoxPlus(first, d), second, delta, kGravity).value -
+           EvaluateImuResidual(BoxPlus(first, -d), second, delta, kGravity).value) /
+          (2.0 * kStep);
+      const Vector15d by_second =
+          (EvaluateImuResidual(first, BoxPlus(second, d), delta, kGravity).value -
+           EvaluateImuResidual(first, BoxPlus(second, -d), delta, kGravity).value) /
+          (2.0 * kStep);
       EXPECT_LT((residual.by_first.col(i) - by_first).norm(), 1e-8) << "first, component " << i;
       EXPECT_LT((residual.by_second.col(i) - by_second).norm(), 1e-8) << "second, component " << i;
     }

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// For tests: an analytic walk with exact states and IMU readings, and the noise of an IMU on top of them.
+// For tests: an analytic walk with exact states and IMU readings, and the noise of an IMU on top of
+// them.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,19 +21,21 @@ namespace mlvi::testing {
 
 inline constexpr double kGravity = 9.81;
 
-// R = Rz(yaw rate t) Exp(sway(t)) mount, p a line with sway and bob: a walk with a hand-held sensor. Scales of zero make
-// it plain.
+// R = Rz(yaw rate t) Exp(sway(t)) mount, p a line with sway and bob: a walk with a hand-held
+// sensor. Scales of zero make it plain.
 struct Walk {
-  Eigen::Quaterniond mount{0.0, 1.0, 0.0, 0.0};           // body z down
-  double yaw_rate = 0.5;                                  // rad/s
-  Eigen::Vector3d sway_amplitude{0.10, 0.15, 0.05};       // rad
-  Eigen::Vector3d sway_frequency{5.7, 11.3, 4.1};         // rad/s
-  Eigen::Vector3d velocity{1.1, 0.4, 0.05};               // m/s
-  Eigen::Vector3d position_amplitude{0.05, 0.06, 0.03};   // m
-  Eigen::Vector3d position_frequency{11.3, 5.7, 11.3};    // rad/s
-  Eigen::Vector3d phase{0.3, 1.1, 2.0};                   // rad
+  Eigen::Quaterniond mount{0.0, 1.0, 0.0, 0.0};          // body z down
+  double yaw_rate = 0.5;                                 // rad/s
+  Eigen::Vector3d sway_amplitude{0.10, 0.15, 0.05};      // rad
+  Eigen::Vector3d sway_frequency{5.7, 11.3, 4.1};        // rad/s
+  Eigen::Vector3d velocity{1.1, 0.4, 0.05};              // m/s
+  Eigen::Vector3d position_amplitude{0.05, 0.06, 0.03};  // m
+  Eigen::Vector3d position_frequency{11.3, 5.7, 11.3};   // rad/s
+  Eigen::Vector3d phase{0.3, 1.1, 2.0};                  // rad
 
-  static Time At(double t) { return Time::FromNanoseconds(1'600'000'000'000'000'000) + Duration::FromSeconds(t); }
+  static Time At(double t) {
+    return Time::FromNanoseconds(1'600'000'000'000'000'000) + Duration::FromSeconds(t);
+  }
   static double Seconds(Time stamp) { return (stamp - At(0.0)).seconds(); }
 
   NavState State(double t) const {
@@ -49,12 +52,15 @@ struct Walk {
   // Without bias and noise.
   ImuSample Sample(double t) const {
     const Eigen::Array3d w = position_frequency.array();
-    const Eigen::Vector3d a = (-position_amplitude.array() * w * w * (w * t + phase.array()).sin()).matrix();
+    const Eigen::Vector3d a =
+        (-position_amplitude.array() * w * w * (w * t + phase.array()).sin()).matrix();
     const Eigen::Vector3d sway = Sway(t), sway_rate = RightJacobianSo3(sway) * SwayDerivative(t);
-    const Eigen::Vector3d rate = ExpSo3(sway).conjugate() * Eigen::Vector3d(0.0, 0.0, yaw_rate) + sway_rate;
+    const Eigen::Vector3d rate =
+        ExpSo3(sway).conjugate() * Eigen::Vector3d(0.0, 0.0, yaw_rate) + sway_rate;
     return {.stamp = At(t),
             .angular_velocity = mount.conjugate() * rate,
-            .linear_acceleration = State(t).T_world_body.rotation().conjugate() * (a + Eigen::Vector3d(0, 0, kGravity))};
+            .linear_acceleration = State(t).T_world_body.rotation().conjugate() *
+                                   (a + Eigen::Vector3d(0, 0, kGravity))};
   }
 
   std::vector<ImuSample> Samples(double from, double to, double rate_hz) const {
@@ -70,7 +76,8 @@ struct Walk {
     return (sway_amplitude.array() * (sway_frequency.array() * t + phase.array()).sin()).matrix();
   }
   Eigen::Vector3d SwayDerivative(double t) const {
-    return (sway_amplitude.array() * sway_frequency.array() * (sway_frequency.array() * t + phase.array()).cos())
+    return (sway_amplitude.array() * sway_frequency.array() *
+            (sway_frequency.array() * t + phase.array()).cos())
         .matrix();
   }
 };
@@ -92,7 +99,8 @@ inline Eigen::Vector3d NormalVector(RandomStream& random, double sigma) {
 }
 
 // Adds white noise and a bias that starts at `bias` and walks. Returns the bias at the last sample.
-inline ImuBias AddImuNoise(const ImuSpec& imu, ImuBias bias, RandomStream& random, std::vector<ImuSample>& samples) {
+inline ImuBias AddImuNoise(const ImuSpec& imu, ImuBias bias, RandomStream& random,
+                           std::vector<ImuSample>& samples) {
   const double root_rate = std::sqrt(imu.rate_hz);
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
@@ -101,7 +109,8 @@ inline ImuBias AddImuNoise(const ImuSpec& imu, ImuBias bias, RandomStream& rando
     }
     samples[k].linear_acceleration +=
         bias.accelerometer + NormalVector(random, imu.noise.accelerometer_density * root_rate);
-    samples[k].angular_velocity += bias.gyroscope + NormalVector(random, imu.noise.gyroscope_density * root_rate);
+    samples[k].angular_velocity +=
+        bias.gyroscope + NormalVector(random, imu.noise.gyroscope_density * root_rate);
   }
   return bias;
 }

@@ -17,8 +17,8 @@ using nav_index::kPosition;
 using nav_index::kRotation;
 using nav_index::kVelocity;
 
-// The Stumpff function c_k(x) = sum_n (-x)^n / (2n + k)! and its derivative. Twelve terms reach double precision for
-// x < 10, that is turns of up to half a circle within one interval.
+// The Stumpff function c_k(x) = sum_n (-x)^n / (2n + k)! and its derivative. Twelve terms reach
+// double precision for x < 10, that is turns of up to half a circle within one interval.
 struct Stumpff {
   double value, derivative;
 };
@@ -45,7 +45,8 @@ struct ForceIntegral {
 };
 
 ForceIntegral IntegrateForce(int m, const Eigen::Vector3d& phi, const Eigen::Vector3d& a) {
-  const Stumpff c = EvaluateStumpff(m + 1, phi.squaredNorm()), d = EvaluateStumpff(m + 2, phi.squaredNorm());
+  const Stumpff c = EvaluateStumpff(m + 1, phi.squaredNorm()),
+                d = EvaluateStumpff(m + 2, phi.squaredNorm());
   const double constant = 1.0 / m;  // 1 / m! for m of 1 and 2
   const Eigen::Matrix3d hat = Hat(phi);
   const Eigen::Vector3d once = phi.cross(a), twice = phi.cross(once);
@@ -55,11 +56,13 @@ ForceIntegral IntegrateForce(int m, const Eigen::Vector3d& phi, const Eigen::Vec
           .by_a = constant * Eigen::Matrix3d::Identity() + c.value * hat + d.value * hat * hat};
 }
 
-// What the signal does between two samples is known only as far as it is smooth. A component of amplitude A (one
-// sigma) and angular frequency W deviates from its chord over dt by A (W dt)^2 / 12 on average, and by A at most.
-constexpr double kMotionAngularFrequency = 20.0;  // rad/s: gait and hand-held shaking have little above 3 Hz
-constexpr double kRateAmplitude = 0.5;            // rad/s
-constexpr double kForceAmplitude = 2.0;           // m/s^2
+// What the signal does between two samples is known only as far as it is smooth. A component of
+// amplitude A (one sigma) and angular frequency W deviates from its chord over dt by A (W dt)^2 /
+// 12 on average, and by A at most.
+constexpr double kMotionAngularFrequency =
+    20.0;                                // rad/s: gait and hand-held shaking have little above 3 Hz
+constexpr double kRateAmplitude = 0.5;   // rad/s
+constexpr double kForceAmplitude = 2.0;  // m/s^2
 constexpr double kGapPeriods = 1.5;
 
 double GapVariance(double amplitude, double dt, double rate_hz) {
@@ -69,11 +72,12 @@ double GapVariance(double amplitude, double dt, double rate_hz) {
   return sigma * sigma;
 }
 
-// At the end of its range a sample says only "at least this much". Half the range again as one sigma covers what
-// shocks exceed it by; other axes stay trustworthy.
+// At the end of its range a sample says only "at least this much". Half the range again as one
+// sigma covers what shocks exceed it by; other axes stay trustworthy.
 constexpr double kSaturatedShare = 0.5;
 
-Eigen::Vector3d SaturationVariance(const Eigen::Vector3d& first, const Eigen::Vector3d& second, double limit) {
+Eigen::Vector3d SaturationVariance(const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                                   double limit) {
   const Eigen::Array3d largest = first.cwiseAbs().cwiseMax(second.cwiseAbs());
   const double sigma = kSaturatedShare * limit;
   return (largest >= 0.999 * limit).select(Eigen::Array3d::Constant(sigma * sigma), 0.0);
@@ -81,12 +85,15 @@ Eigen::Vector3d SaturationVariance(const Eigen::Vector3d& first, const Eigen::Ve
 
 }  // namespace
 
-ImuStep IntegrateStep(const ImuSample& first, const ImuSample& second, const ImuBias& bias, const ImuSpec& imu) {
+ImuStep IntegrateStep(const ImuSample& first, const ImuSample& second, const ImuBias& bias,
+                      const ImuSpec& imu) {
   const double dt = (second.stamp - first.stamp).seconds();
-  MLVI_CHECK(dt > 0.0, "IMU samples must be in strictly ascending order, {} follows {}", ToString(second.stamp),
-             ToString(first.stamp));
-  const Eigen::Vector3d rate = 0.5 * (first.angular_velocity + second.angular_velocity) - bias.gyroscope;
-  const Eigen::Vector3d force = 0.5 * (first.linear_acceleration + second.linear_acceleration) - bias.accelerometer;
+  MLVI_CHECK(dt > 0.0, "IMU samples must be in strictly ascending order, {} follows {}",
+             ToString(second.stamp), ToString(first.stamp));
+  const Eigen::Vector3d rate =
+      0.5 * (first.angular_velocity + second.angular_velocity) - bias.gyroscope;
+  const Eigen::Vector3d force =
+      0.5 * (first.linear_acceleration + second.linear_acceleration) - bias.accelerometer;
   const Eigen::Vector3d phi = rate * dt;
   const ForceIntegral v = IntegrateForce(1, phi, force), p = IntegrateForce(2, phi, force);
   const auto variance = [&](double density, double amplitude) {
@@ -102,11 +109,14 @@ ImuStep IntegrateStep(const ImuSample& first, const ImuSample& second, const Imu
   step.velocity_by_force = dt * v.by_a;
   step.position_by_rate = dt * dt * dt * p.by_phi;
   step.position_by_force = dt * dt * p.by_a;
-  step.rate_variance = SaturationVariance(first.angular_velocity, second.angular_velocity, imu.gyroscope_saturation)
-                           .array() + variance(imu.noise.gyroscope_density, kRateAmplitude);
-  step.force_variance =
-      SaturationVariance(first.linear_acceleration, second.linear_acceleration, imu.accelerometer_saturation)
-          .array() + variance(imu.noise.accelerometer_density, kForceAmplitude);
+  step.rate_variance =
+      SaturationVariance(first.angular_velocity, second.angular_velocity, imu.gyroscope_saturation)
+          .array() +
+      variance(imu.noise.gyroscope_density, kRateAmplitude);
+  step.force_variance = SaturationVariance(first.linear_acceleration, second.linear_acceleration,
+                                           imu.accelerometer_saturation)
+                            .array() +
+                        variance(imu.noise.accelerometer_density, kForceAmplitude);
   return step;
 }
 
@@ -126,17 +136,18 @@ Matrix15d StepTransition(const Eigen::Matrix3d& R, const ImuStep& step) {
 
 Matrix15d StepNoise(const Eigen::Matrix3d& R, const ImuStep& step, const ImuNoise& noise) {
   Eigen::Matrix<double, 9, 6> G;  // of p, v, R by the mean rate and the mean force
-  G << R * step.position_by_rate, R * step.position_by_force, R * step.velocity_by_rate, R * step.velocity_by_force,
-      step.rotation_by_rate, Eigen::Matrix3d::Zero();
+  G << R * step.position_by_rate, R * step.position_by_force, R * step.velocity_by_rate,
+      R * step.velocity_by_force, step.rotation_by_rate, Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 6, 1> variance;
   variance << step.rate_variance, step.force_variance;
   Matrix15d Q = Matrix15d::Zero();
   Q.topLeftCorner<9, 9>() = G * variance.asDiagonal() * G.transpose();
-  // White noise within the interval moves the position by s^2 dt^3 / 3, of which its mean explains s^2 dt^3 / 4. The
-  // rest keeps the covariance of a single interval regular.
+  // White noise within the interval moves the position by s^2 dt^3 / 3, of which its mean explains
+  // s^2 dt^3 / 4. The rest keeps the covariance of a single interval regular.
   Q.block<3, 3>(kPosition, kPosition) +=
       R * (step.force_variance * (std::pow(step.dt, 4) / 12.0)).asDiagonal() * R.transpose();
-  const double accelerometer = noise.accelerometer_random_walk, gyroscope = noise.gyroscope_random_walk;
+  const double accelerometer = noise.accelerometer_random_walk,
+               gyroscope = noise.gyroscope_random_walk;
   Q.diagonal().segment<3>(kAccelerometerBias).setConstant(accelerometer * accelerometer * step.dt);
   Q.diagonal().segment<3>(kGyroscopeBias).setConstant(gyroscope * gyroscope * step.dt);
   return Q;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The freedom that gravity leaves, and how the first states fix it: heading zero for the first body.
+// The freedom that gravity leaves, and how the first states fix it: heading zero for the first
+// body.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,13 +11,13 @@
 
 namespace mlvi::internal {
 
-// One sigma with which position and heading of the first body are held: nothing against any sensor, and enough to keep
-// covariances regular.
+// One sigma with which position and heading of the first body are held: nothing against any sensor,
+// and enough to keep covariances regular.
 inline constexpr double kGaugePositionSigma = 1e-3;  // m
 inline constexpr double kGaugeHeadingSigma = 1e-4;   // rad
 
-// Heading of a body: azimuth of its x axis in the world; where that stands close to upright, of its y axis (less 90
-// degrees, so that an upright body has heading zero at identity).
+// Heading of a body: azimuth of its x axis in the world; where that stands close to upright, of its
+// y axis (less 90 degrees, so that an upright body has heading zero at identity).
 class Heading {
  public:
   // Chooses the axis for a body that sees the unit vector up in direction `up_body`.
@@ -31,7 +32,8 @@ class Heading {
   int axis_;
 };
 
-// R_world_body of heading zero for a body that sees up in direction `up_body` (any length but zero).
+// R_world_body of heading zero for a body that sees up in direction `up_body` (any length but
+// zero).
 Eigen::Quaterniond LevelRotation(const Eigen::Vector3d& up_body);
 
 }  // namespace mlvi::internal

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Closed form of the moving start: what gravity, velocities and biases reconcile poses with preintegrated IMU motion
-// (after Qin and Shen, "Robust Initialization of Monocular Visual-Inertial Estimation", 2017, without the scale).
+// Closed form of the moving start: what gravity, velocities and biases reconcile poses with
+// preintegrated IMU motion (after Qin and Shen, "Robust Initialization of Monocular Visual-Inertial
+// Estimation", 2017, without the scale).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,22 +17,26 @@ namespace mlvi::internal {
 
 // All vectors in the fixed frame of the poses.
 struct PoseAlignment {
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s^2, of the given magnitude, pointing down
-  std::vector<Eigen::Vector3d> velocities;            // m/s, one per pose
+  Eigen::Vector3d gravity =
+      Eigen::Vector3d::Zero();              // m/s^2, of the given magnitude, pointing down
+  std::vector<Eigen::Vector3d> velocities;  // m/s, one per pose
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
 };
 
-// The gyroscope bias that turns the preintegrated rotations into those between the poses: linear least squares with the
-// prior of `imu`. `motions[k]` leads from pose k to pose k + 1.
-Eigen::Vector3d AlignGyroscopeBias(std::span<const TimedPose> poses, std::span<const PreintegratedImu> motions,
-                                   const ImuSpec& imu);
+// The gyroscope bias that turns the preintegrated rotations into those between the poses: linear
+// least squares with the prior of `imu`. `motions[k]` leads from pose k to pose k + 1.
+Eigen::Vector3d AlignGyroscopeBias(std::span<const TimedPose> poses,
+                                   std::span<const PreintegratedImu> motions, const ImuSpec& imu);
 
-// Gravity, velocities and accelerometer bias: linear least squares under the constraint |gravity| = `gravity`.
-PoseAlignment AlignGravity(std::span<const TimedPose> poses, std::span<const PreintegratedImu> motions,
-                           const ImuSpec& imu, double gravity);
+// Gravity, velocities and accelerometer bias: linear least squares under the constraint |gravity| =
+// `gravity`.
+PoseAlignment AlignGravity(std::span<const TimedPose> poses,
+                           std::span<const PreintegratedImu> motions, const ImuSpec& imu,
+                           double gravity);
 
-// argmin g^T H g / 2 - c^T g on the sphere |g| = radius > 0, for symmetric H: g = (H + lambda I)^-1 c with the one lambda
-// above minus the smallest eigenvalue of H that gives the radius (the secular equation).
+// argmin g^T H g / 2 - c^T g on the sphere |g| = radius > 0, for symmetric H: g = (H + lambda I)^-1
+// c with the one lambda above minus the smallest eigenvalue of H that gives the radius (the secular
+// equation).
 Eigen::Vector3d MinimizeOnSphere(const Eigen::Matrix3d& H, const Eigen::Vector3d& c, double radius);
 
 }  // namespace mlvi::internal

@@ -20,29 +20,35 @@ ImuSample SampleAt(std::span<const ImuSample> samples, Time time) {
   if (after != samples.begin() && after != samples.end()) {
     const ImuSample& before = *(after - 1);
     const double alpha = (time - before.stamp).seconds() / (after->stamp - before.stamp).seconds();
-    result.angular_velocity = (1.0 - alpha) * before.angular_velocity + alpha * after->angular_velocity;
-    result.linear_acceleration = (1.0 - alpha) * before.linear_acceleration + alpha * after->linear_acceleration;
+    result.angular_velocity =
+        (1.0 - alpha) * before.angular_velocity + alpha * after->angular_velocity;
+    result.linear_acceleration =
+        (1.0 - alpha) * before.linear_acceleration + alpha * after->linear_acceleration;
   }
   result.stamp = time;
   return result;
 }
 
-// The Jacobians by the biases follow the chain rule through p' = p + v dt + R dp, v' = v + R dv, R' = R dR.
-void AdvanceBiasJacobians(const Eigen::Matrix3d& R, const internal::ImuStep& step, PreintegratedImu& result) {
+// The Jacobians by the biases follow the chain rule through p' = p + v dt + R dp, v' = v + R dv, R'
+// = R dR.
+void AdvanceBiasJacobians(const Eigen::Matrix3d& R, const internal::ImuStep& step,
+                          PreintegratedImu& result) {
   const Eigen::Matrix3d R_hat_dp = R * Hat(step.position), R_hat_dv = R * Hat(step.velocity);
   result.dp_dba += step.dt * result.dv_dba - R * step.position_by_force;
   result.dp_dbg += step.dt * result.dv_dbg - R_hat_dp * result.dR_dbg - R * step.position_by_rate;
   result.dv_dba -= R * step.velocity_by_force;
   result.dv_dbg -= R_hat_dv * result.dR_dbg + R * step.velocity_by_rate;
-  result.dR_dbg = (step.rotation.toRotationMatrix().transpose() * result.dR_dbg - step.rotation_by_rate).eval();
+  result.dR_dbg =
+      (step.rotation.toRotationMatrix().transpose() * result.dR_dbg - step.rotation_by_rate).eval();
 }
 
 }  // namespace
 
 std::vector<ImuSample> SamplesBetween(std::span<const ImuSample> samples, Time from, Time to) {
   if (samples.empty() || to <= from) return {};
-  const auto first = std::upper_bound(samples.begin(), samples.end(), from,
-                                      [](Time time, const ImuSample& sample) { return time < sample.stamp; });
+  const auto first =
+      std::upper_bound(samples.begin(), samples.end(), from,
+                       [](Time time, const ImuSample& sample) { return time < sample.stamp; });
   const auto last = std::lower_bound(first, samples.end(), to, Earlier);
   std::vector<ImuSample> result;
   result.reserve(static_cast<std::size_t>(last - first) + 2);
@@ -52,7 +58,8 @@ std::vector<ImuSample> SamplesBetween(std::span<const ImuSample> samples, Time f
   return result;
 }
 
-PreintegratedImu Preintegrate(std::span<const ImuSample> samples, const ImuBias& bias, const ImuSpec& imu) {
+PreintegratedImu Preintegrate(std::span<const ImuSample> samples, const ImuBias& bias,
+                              const ImuSpec& imu) {
   MLVI_CHECK(!samples.empty(), "no IMU samples to integrate");
   PreintegratedImu result{.from = samples.front().stamp, .to = samples.back().stamp, .bias = bias};
   result.samples = static_cast<int>(samples.size());
@@ -60,7 +67,8 @@ PreintegratedImu Preintegrate(std::span<const ImuSample> samples, const ImuBias&
     const internal::ImuStep step = internal::IntegrateStep(samples[k - 1], samples[k], bias, imu);
     const Eigen::Matrix3d R = result.delta_R.toRotationMatrix();
     const Matrix15d F = internal::StepTransition(R, step);
-    result.covariance = (F * result.covariance * F.transpose() + internal::StepNoise(R, step, imu.noise)).eval();
+    result.covariance =
+        (F * result.covariance * F.transpose() + internal::StepNoise(R, step, imu.noise)).eval();
     AdvanceBiasJacobians(R, step, result);
     result.delta_p += step.dt * result.delta_v + R * step.position;
     result.delta_v += R * step.velocity;
@@ -88,8 +96,8 @@ NavState Predict(const NavState& from, const PreintegratedImu& preintegrated, do
   NavState result = from;
   result.stamp = delta.to;
   result.T_world_body =
-      Pose3(R * delta.delta_R, from.T_world_body.translation() + from.v_world_body * dt + 0.5 * dt * dt * g +
-                                   R * delta.delta_p);
+      Pose3(R * delta.delta_R, from.T_world_body.translation() + from.v_world_body * dt +
+                                   0.5 * dt * dt * g + R * delta.delta_p);
   result.v_world_body += dt * g + R * delta.delta_v;
   return result;
 }

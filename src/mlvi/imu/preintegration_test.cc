@@ -35,7 +35,8 @@ Vector15d PredictionError(const Walk& walk, double from, double to, double rate_
 
 TEST(PreintegrationTest, ReproducesAWalkWithSecondOrderAccuracy) {
   const Walk walk;
-  const Vector15d coarse = PredictionError(walk, 0.2, 1.2, 100.0), fine = PredictionError(walk, 0.2, 1.2, 200.0);
+  const Vector15d coarse = PredictionError(walk, 0.2, 1.2, 100.0),
+                  fine = PredictionError(walk, 0.2, 1.2, 200.0);
   EXPECT_LT(fine.segment<3>(nav_index::kPosition).norm(), 1e-3);
   EXPECT_LT(fine.segment<3>(nav_index::kRotation).norm(), 1e-4);
   // Halving the interval must quarter the error.
@@ -44,7 +45,8 @@ TEST(PreintegrationTest, ReproducesAWalkWithSecondOrderAccuracy) {
 
 TEST(PreintegrationTest, IsExactOnConstantRateAndForce) {
   // Rotation about z at rate w with specific force [a, 0, h] in the body:
-  //   v = [a sin(wt), a (1 - cos wt)] / w, p = a [(1 - cos wt) / w^2, t / w - sin(wt) / w^2], z as in free flight.
+  //   v = [a sin(wt), a (1 - cos wt)] / w, p = a [(1 - cos wt) / w^2, t / w - sin(wt) / w^2], z as
+  //   in free flight.
   const double w = 2.5, a = 3.0, h = 4.0, t = 0.8;
   for (const int count : {2, 9, 161}) {
     std::vector<ImuSample> samples;
@@ -55,9 +57,10 @@ TEST(PreintegrationTest, IsExactOnConstantRateAndForce) {
     const double s = std::sin(w * t), c = std::cos(w * t);
     EXPECT_LT(LogSo3(delta.delta_R.conjugate() * ExpSo3({0.0, 0.0, w * t})).norm(), 1e-12);
     EXPECT_LT((delta.delta_v - Eigen::Vector3d(a * s / w, a * (1 - c) / w, h * t)).norm(), 1e-12);
-    EXPECT_LT(
-        (delta.delta_p - Eigen::Vector3d(a * (1 - c) / (w * w), a * (t / w - s / (w * w)), 0.5 * h * t * t)).norm(),
-        1e-12);
+    EXPECT_LT((delta.delta_p -
+               Eigen::Vector3d(a * (1 - c) / (w * w), a * (t / w - s / (w * w)), 0.5 * h * t * t))
+                  .norm(),
+              1e-12);
   }
 }
 
@@ -65,14 +68,17 @@ TEST(PreintegrationTest, BiasJacobiansMatchNumericDifferentiation) {
   const auto samples = Walk().Samples(0.0, 0.7, 100.0);
   const auto delta = Preintegrate(samples, kBias, TestImu());
   Eigen::Matrix<double, 9, 6> analytic;
-  analytic << delta.dp_dba, delta.dp_dbg, delta.dv_dba, delta.dv_dbg, Eigen::Matrix3d::Zero(), delta.dR_dbg;
+  analytic << delta.dp_dba, delta.dp_dbg, delta.dv_dba, delta.dv_dbg, Eigen::Matrix3d::Zero(),
+      delta.dR_dbg;
   constexpr double kStep = 1e-5;
   for (int i = 0; i < 6; ++i) {
     ImuBias plus = kBias, minus = kBias;
     (i < 3 ? plus.accelerometer : plus.gyroscope)(i % 3) += kStep;
     (i < 3 ? minus.accelerometer : minus.gyroscope)(i % 3) -= kStep;
     const auto numeric = ((DeltaMinus(Preintegrate(samples, plus, TestImu()), delta) -
-                           DeltaMinus(Preintegrate(samples, minus, TestImu()), delta)) / (2.0 * kStep)).eval();
+                           DeltaMinus(Preintegrate(samples, minus, TestImu()), delta)) /
+                          (2.0 * kStep))
+                             .eval();
     EXPECT_LT((analytic.col(i) - numeric).norm(), 1e-8) << "bias component " << i;
   }
 }
@@ -88,7 +94,9 @@ TEST(PreintegrationTest, BiasJacobiansHoldAcrossAGap) {
     plus.gyroscope(i) += kStep;
     minus.gyroscope(i) -= kStep;
     const auto numeric = ((DeltaMinus(Preintegrate(samples, plus, TestImu()), delta) -
-                           DeltaMinus(Preintegrate(samples, minus, TestImu()), delta)) / (2.0 * kStep)).eval();
+                           DeltaMinus(Preintegrate(samples, minus, TestImu()), delta)) /
+                          (2.0 * kStep))
+                             .eval();
     EXPECT_LT((delta.dp_dbg.col(i) - numeric.head<3>()).norm(), 1e-9);
     EXPECT_LT((delta.dv_dbg.col(i) - numeric.segment<3>(3)).norm(), 1e-9);
     EXPECT_LT((delta.dR_dbg.col(i) - numeric.tail<3>()).norm(), 1e-9);
@@ -99,9 +107,11 @@ TEST(PreintegrationTest, CorrectionForBiasEqualsReintegrationToSecondOrder) {
   const auto samples = Walk().Samples(0.0, 0.5, 200.0);
   const auto delta = Preintegrate(samples, kBias, TestImu());
   const auto difference = [&](double scale) {
-    const ImuBias other{.accelerometer = kBias.accelerometer + scale * Eigen::Vector3d(0.1, 0.2, -0.1),
-                        .gyroscope = kBias.gyroscope + scale * Eigen::Vector3d(0.02, -0.01, 0.02)};
-    return DeltaMinus(CorrectedForBias(delta, other), Preintegrate(samples, other, TestImu())).norm();
+    const ImuBias other{
+        .accelerometer = kBias.accelerometer + scale * Eigen::Vector3d(0.1, 0.2, -0.1),
+        .gyroscope = kBias.gyroscope + scale * Eigen::Vector3d(0.02, -0.01, 0.02)};
+    return DeltaMinus(CorrectedForBias(delta, other), Preintegrate(samples, other, TestImu()))
+        .norm();
   };
   // The terms left out: |d_bg t|^2 g t / 2 and |d_ba| |d_bg| t^2 / 2.
   EXPECT_LT(difference(1.0), 1.5e-3);
@@ -116,8 +126,10 @@ TEST(PreintegrationTest, PartsComposeToTheWhole) {
   const auto second = Preintegrate(all.subspan(80), kBias, TestImu());
   EXPECT_LT(LogSo3(whole.delta_R.conjugate() * first.delta_R * second.delta_R).norm(), 1e-12);
   EXPECT_LT((first.delta_v + first.delta_R * second.delta_v - whole.delta_v).norm(), 1e-12);
-  EXPECT_LT((first.delta_p + first.delta_v * second.dt() + first.delta_R * second.delta_p - whole.delta_p).norm(),
-            1e-12);
+  EXPECT_LT(
+      (first.delta_p + first.delta_v * second.dt() + first.delta_R * second.delta_p - whole.delta_p)
+          .norm(),
+      1e-12);
 }
 
 TEST(PreintegrationTest, CutBetweenSamplesComposesToTheWhole) {
@@ -128,7 +140,8 @@ TEST(PreintegrationTest, CutBetweenSamplesComposesToTheWhole) {
   const auto first = Preintegrate(SamplesBetween(samples, start.stamp, cut), ImuBias(), TestImu());
   const auto second = Preintegrate(SamplesBetween(samples, cut, end), ImuBias(), TestImu());
   // Only the rule within the one interval that is cut differs, by its third-order error.
-  EXPECT_LT(BoxMinus(Predict(Predict(start, first, kGravity), second, kGravity), whole).norm(), 1e-5);
+  EXPECT_LT(BoxMinus(Predict(Predict(start, first, kGravity), second, kGravity), whole).norm(),
+            1e-5);
 }
 
 TEST(PreintegrationTest, CovarianceMatchesMonteCarlo) {
@@ -144,7 +157,8 @@ TEST(PreintegrationTest, CovarianceMatchesMonteCarlo) {
     const ImuBias last = AddImuNoise(imu, kBias, random, noisy);
     const auto delta = Preintegrate(noisy, kBias, imu);
     Vector15d error;
-    error << DeltaMinus(truth, delta), last.accelerometer - kBias.accelerometer, last.gyroscope - kBias.gyroscope;
+    error << DeltaMinus(truth, delta), last.accelerometer - kBias.accelerometer,
+        last.gyroscope - kBias.gyroscope;
     nees += error.dot(delta.covariance.llt().solve(error)) / kTrials;
     sampled += error * error.transpose() / kTrials;
   }
@@ -152,7 +166,8 @@ TEST(PreintegrationTest, CovarianceMatchesMonteCarlo) {
   // Each variance by itself: a chi-square of kTrials degrees.
   const Matrix15d covariance = Preintegrate(clean, ImuBias(), imu).covariance;
   for (int i = 0; i < 15; ++i) {
-    EXPECT_NEAR(sampled(i, i) / covariance(i, i), 1.0, 4.5 * std::sqrt(2.0 / kTrials)) << "component " << i;
+    EXPECT_NEAR(sampled(i, i) / covariance(i, i), 1.0, 4.5 * std::sqrt(2.0 / kTrials))
+        << "component " << i;
   }
 }
 
@@ -177,10 +192,12 @@ TEST(PreintegrationTest, GapsAreCoveredByTheirNoise) {
       const auto delta = Preintegrate(samples, ImuBias(), imu);
       const auto truth = Preintegrate(walk.Samples(from, from + 1.0, imu.rate_hz), ImuBias(), imu);
       const auto error = DeltaMinus(truth, delta);
-      nees += error.dot(Eigen::Matrix<double, 9, 9>(delta.covariance.topLeftCorner<9, 9>()).llt().solve(error));
+      nees += error.dot(
+          Eigen::Matrix<double, 9, 9>(delta.covariance.topLeftCorner<9, 9>()).llt().solve(error));
     }
   }
-  // The walk is milder than the motion allowed for; the model must cover it, but not by more than a factor of ten.
+  // The walk is milder than the motion allowed for; the model must cover it, but not by more than a
+  // factor of ten.
   EXPECT_LT(nees / count, 9.0);
   EXPECT_GT(nees / count, 9.0 / 100.0);
 }
@@ -198,7 +215,8 @@ TEST(PreintegrationTest, SaturatedAxesLoseTheirWeightOthersDoNot) {
   const auto rotation_variance = [](const PreintegratedImu& delta) {
     return Eigen::Matrix3d(delta.covariance.block<3, 3>(x, x)).trace();
   };
-  EXPECT_NEAR(rotation_variance(saturated) - rotation_variance(clean), 2.0 * std::pow(1.0 / imu.rate_hz, 2), 1e-9);
+  EXPECT_NEAR(rotation_variance(saturated) - rotation_variance(clean),
+              2.0 * std::pow(1.0 / imu.rate_hz, 2), 1e-9);
 }
 
 TEST(SamplesBetweenTest, InterpolatesBothEndsAndHoldsBeyondThem) {

@@ -18,13 +18,14 @@ struct Propagation {
   Matrix15d transition;          // d(last error) / d(first error)
 };
 
-// Integrates `start` (valid at samples.front().stamp) through all samples, with the midpoint rule on the manifold, and
-// its error-state covariance beside it. `gravity` in m/s^2, magnitude.
-Propagation Propagate(const NavState& start, const Matrix15d& covariance, std::span<const ImuSample> samples,
-                      const ImuSpec& imu, double gravity);
+// Integrates `start` (valid at samples.front().stamp) through all samples, with the midpoint rule
+// on the manifold, and its error-state covariance beside it. `gravity` in m/s^2, magnitude.
+Propagation Propagate(const NavState& start, const Matrix15d& covariance,
+                      std::span<const ImuSample> samples, const ImuSpec& imu, double gravity);
 
-// Pose at `stamp` between the two neighbouring states (rotation along the geodesic, position cubic by the velocities);
-// clamped to the first or last state outside. `states` in ascending order, not empty.
+// Pose at `stamp` between the two neighbouring states (rotation along the geodesic, position cubic
+// by the velocities); clamped to the first or last state outside. `states` in ascending order, not
+// empty.
 Pose3 InterpolatePose(std::span<const NavState> states, Time stamp);
 
 }  // namespace mlvi

@@ -61,9 +61,9 @@ TEST(PropagationTest, TransitionMatchesNumericDifferentiation) {
   constexpr double kStep = 1e-5;
   for (int i = 0; i < 15; ++i) {
     const Vector15d d = kStep * Vector15d::Unit(i);
-    const Vector15d numeric =
-        (BoxMinus(end(BoxPlus(start, d)), propagation.states.back()) -
-         BoxMinus(end(BoxPlus(start, -d)), propagation.states.back())) / (2.0 * kStep);
+    const Vector15d numeric = (BoxMinus(end(BoxPlus(start, d)), propagation.states.back()) -
+                               BoxMinus(end(BoxPlus(start, -d)), propagation.states.back())) /
+                              (2.0 * kStep);
     EXPECT_LT((propagation.transition.col(i) - numeric).norm(), 1e-7) << "component " << i;
   }
 }
@@ -73,8 +73,9 @@ TEST(PropagationTest, CovarianceMatchesMonteCarlo) {
   const auto clean = Walk().Samples(0.0, 0.5, imu.rate_hz);
   const NavState true_start = StartState();
   Vector15d sigma;
-  sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.03), Eigen::Vector3d::Constant(0.005),
-      Eigen::Vector3d::Constant(0.05), Eigen::Vector3d::Constant(0.002);
+  sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.03),
+      Eigen::Vector3d::Constant(0.005), Eigen::Vector3d::Constant(0.05),
+      Eigen::Vector3d::Constant(0.002);
   const Matrix15d covariance = sigma.cwiseAbs2().asDiagonal();
   NavState unbiased = true_start;
   unbiased.bias = ImuBias();
@@ -88,7 +89,8 @@ TEST(PropagationTest, CovarianceMatchesMonteCarlo) {
     auto noisy = clean;
     NavState truth = true_end;
     truth.bias = AddImuNoise(imu, true_start.bias, random, noisy);
-    const auto propagation = Propagate(BoxPlus(true_start, -error), covariance, noisy, imu, kGravity);
+    const auto propagation =
+        Propagate(BoxPlus(true_start, -error), covariance, noisy, imu, kGravity);
     const Vector15d end_error = BoxMinus(truth, propagation.states.back());
     nees += end_error.dot(propagation.covariance.llt().solve(end_error)) / kTrials;
   }
@@ -98,8 +100,9 @@ TEST(PropagationTest, CovarianceMatchesMonteCarlo) {
 TEST(PropagationTest, StartMustLieOnTheFirstSample) {
   NavState start = StartState();
   start.stamp = start.stamp + Duration::FromMilliseconds(1);
-  EXPECT_THROW(Propagate(start, Matrix15d::Zero(), Walk().Samples(0.0, 0.1, 200.0), TestImu(), kGravity),
-               ContractViolation);
+  EXPECT_THROW(
+      Propagate(start, Matrix15d::Zero(), Walk().Samples(0.0, 0.1, 200.0), TestImu(), kGravity),
+      ContractViolation);
 }
 
 TEST(InterpolatePoseTest, FollowsTheWalkBetweenStatesAndClampsOutside) {
@@ -107,13 +110,17 @@ TEST(InterpolatePoseTest, FollowsTheWalkBetweenStatesAndClampsOutside) {
   std::vector<NavState> states;
   for (int k = 0; k <= 20; ++k) states.push_back(walk.State(0.01 * k));
   for (double t = 0.0; t < 0.2; t += 0.0013) {
-    const Vector6d error = BoxMinus(InterpolatePose(states, Walk::At(t)), walk.State(t).T_world_body);
+    const Vector6d error =
+        BoxMinus(InterpolatePose(states, Walk::At(t)), walk.State(t).T_world_body);
     EXPECT_LT(error.head<3>().norm(), 1e-6);  // fourth derivative of the walk x dt^4 / 384
     EXPECT_LT(error.tail<3>().norm(), 5e-4);  // angular acceleration x dt^2 / 8
   }
-  EXPECT_EQ(InterpolatePose(states, Walk::At(-1.0)).translation(), states.front().T_world_body.translation());
-  EXPECT_EQ(InterpolatePose(states, Walk::At(9.0)).translation(), states.back().T_world_body.translation());
-  EXPECT_LT(BoxMinus(InterpolatePose(states, states[7].stamp), states[7].T_world_body).norm(), 1e-15);
+  EXPECT_EQ(InterpolatePose(states, Walk::At(-1.0)).translation(),
+            states.front().T_world_body.translation());
+  EXPECT_EQ(InterpolatePose(states, Walk::At(9.0)).translation(),
+            states.back().T_world_body.translation());
+  EXPECT_LT(BoxMinus(InterpolatePose(states, states[7].stamp), states[7].T_world_body).norm(),
+            1e-15);
 }
 
 }  // namespace

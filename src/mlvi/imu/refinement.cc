@@ -24,7 +24,8 @@ struct NormalEquations {
   double chi_square = 0.0;
 
   explicit NormalEquations(std::size_t states)
-      : H(Eigen::MatrixXd::Zero(15 * static_cast<Eigen::Index>(states), 15 * static_cast<Eigen::Index>(states))),
+      : H(Eigen::MatrixXd::Zero(15 * static_cast<Eigen::Index>(states),
+                                15 * static_cast<Eigen::Index>(states))),
         g(Eigen::VectorXd::Zero(H.rows())) {}
 
   // A whitened residual with its Jacobian by the states from `first` on (15 columns each).
@@ -44,7 +45,8 @@ void AddMotion(std::size_t k, std::span<const NavState> states, const Preintegra
   equations.Add(k, sqrt_information * residual.value, sqrt_information * J);
 }
 
-void AddStep(std::size_t k, std::span<const NavState> states, const RelativePose& step, NormalEquations& equations) {
+void AddStep(std::size_t k, std::span<const NavState> states, const RelativePose& step,
+             NormalEquations& equations) {
   const Pose3& first = states[k].T_world_body;
   const Pose3 T_first_second = first.inverse() * states[k + 1].T_world_body;
   const Vector6d r = BoxMinus(T_first_second, step.T_from_to);
@@ -61,11 +63,13 @@ void AddStep(std::size_t k, std::span<const NavState> states, const RelativePose
 }
 
 // Origin and heading of the first state, and the biases' prior.
-void AddPriors(const NavState& first, const Heading& heading, const ImuSpec& imu, NormalEquations& equations) {
+void AddPriors(const NavState& first, const Heading& heading, const ImuSpec& imu,
+               NormalEquations& equations) {
   const Eigen::Matrix3d R = first.T_world_body.R();
   Eigen::Matrix<double, 10, 1> r, sigma;
   Eigen::Matrix<double, 10, 15> J = Eigen::Matrix<double, 10, 15>::Zero();
-  r << first.T_world_body.translation(), heading.Of(R), first.bias.accelerometer, first.bias.gyroscope;
+  r << first.T_world_body.translation(), heading.Of(R), first.bias.accelerometer,
+      first.bias.gyroscope;
   J.block<3, 3>(0, kPosition).setIdentity();
   J.block<1, 3>(3, kRotation) = heading.Derivative(R);
   J.block<3, 3>(4, kAccelerometerBias).setIdentity();
@@ -89,11 +93,12 @@ std::vector<NavState> Moved(std::vector<NavState> states, const Eigen::VectorXd&
 Refinement RefineStates(std::vector<NavState> states, std::span<const PreintegratedImu> motions,
                         std::span<const RelativePose> steps, const ImuSpec& imu, double gravity) {
   MLVI_CHECK(motions.size() + 1 == states.size() && steps.size() == motions.size(),
-             "{} states need one motion and one step between each two, got {} and {}", states.size(), motions.size(),
-             steps.size());
+             "{} states need one motion and one step between each two, got {} and {}",
+             states.size(), motions.size(), steps.size());
   const Heading heading(states.front().T_world_body.R().transpose().col(2));
   std::vector<Matrix15d> sqrt_information;
-  for (const PreintegratedImu& motion : motions) sqrt_information.push_back(SqrtInformation(motion));
+  for (const PreintegratedImu& motion : motions)
+    sqrt_information.push_back(SqrtInformation(motion));
   const auto linearize = [&](const std::vector<NavState>& at) {
     NormalEquations equations(at.size());
     for (std::size_t k = 0; k < motions.size(); ++k) {

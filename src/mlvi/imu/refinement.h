@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Maximum a posteriori estimate of a short run of states from preintegrated IMU motions, measured relative poses and the
-// prior on the biases: the second half of the moving start.
+// Maximum a posteriori estimate of a short run of states from preintegrated IMU motions, measured
+// relative poses and the prior on the biases: the second half of the moving start.
 #pragma once
 
 #include <span>
@@ -13,7 +13,8 @@
 
 namespace mlvi::internal {
 
-// A measured motion T_from_to between neighbouring states, with its covariance in the chart of BoxMinus.
+// A measured motion T_from_to between neighbouring states, with its covariance in the chart of
+// BoxMinus.
 struct RelativePose {
   Pose3 T_from_to;
   Matrix6d covariance;
@@ -21,16 +22,16 @@ struct RelativePose {
 
 struct Refinement {
   std::vector<NavState> states;
-  Matrix15d covariance;      // of the last state
-  double chi_square = 0.0;   // of all residuals, whitened
+  Matrix15d covariance;     // of the last state
+  double chi_square = 0.0;  // of all residuals, whitened
   int degrees_of_freedom = 0;
   int iterations = 0;
   bool converged = false;
 };
 
-// Levenberg-Marquardt from `states`, whose first must have heading zero and the origin as position: both are held there
-// (levelling.h). `motions[k]` and `steps[k]` lead from state k to state k + 1. The biases' prior has mean zero and the
-// sigmas of `imu`.
+// Levenberg-Marquardt from `states`, whose first must have heading zero and the origin as position:
+// both are held there (levelling.h). `motions[k]` and `steps[k]` lead from state k to state k + 1.
+// The biases' prior has mean zero and the sigmas of `imu`.
 Refinement RefineStates(std::vector<NavState> states, std::span<const PreintegratedImu> motions,
                         std::span<const RelativePose> steps, const ImuSpec& imu, double gravity);
 

@@ -52,15 +52,17 @@ TEST(StaticInitializationTest, ErrorsAreConsistentWithTheCovariance) {
   double nees = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
     Eigen::Vector3d up = NormalVector(random, 1.0).normalized();
-    // Where the definition of heading changes from one axis to the other, truth and estimate may fall on either side.
+    // Where the definition of heading changes from one axis to the other, truth and estimate may
+    // fall on either side.
     while (std::abs(std::abs(up.x()) - 0.9) < 0.05) up = NormalVector(random, 1.0).normalized();
     NavState truth;
     truth.T_world_body = Pose3(internal::LevelRotation(up), Eigen::Vector3d::Zero());
     auto samples = RestingSamples(truth.T_world_body.rotation(), 1.0);
-    truth.bias = AddImuNoise(imu,
-                             {.accelerometer = NormalVector(random, imu.initial_accelerometer_bias_sigma),
-                              .gyroscope = NormalVector(random, imu.initial_gyroscope_bias_sigma)},
-                             random, samples);
+    truth.bias =
+        AddImuNoise(imu,
+                    {.accelerometer = NormalVector(random, imu.initial_accelerometer_bias_sigma),
+                     .gyroscope = NormalVector(random, imu.initial_gyroscope_bias_sigma)},
+                    random, samples);
     std::string why;
     const auto start = InitializeAtRest(samples, imu, kGravity, &why);
     ASSERT_TRUE(start.has_value()) << why;
@@ -68,8 +70,8 @@ TEST(StaticInitializationTest, ErrorsAreConsistentWithTheCovariance) {
     // Position, velocity and heading are given by definition: eight degrees of freedom are random.
     nees += error.dot(start->covariance.llt().solve(error)) / kTrials;
   }
-  // The variance of the means is the larger of the specified and the sampled one, so the covariance errs a little on
-  // the large side.
+  // The variance of the means is the larger of the specified and the sampled one, so the covariance
+  // errs a little on the large side.
   EXPECT_LT(nees, 8.0 + 4.0 * std::sqrt(2.0 * 8.0 / kTrials));
   EXPECT_GT(nees, 7.0 - 4.0 * std::sqrt(2.0 * 8.0 / kTrials));
 }
@@ -94,7 +96,8 @@ std::string Refusal(std::span<const ImuSample> samples) {
 }
 
 TEST(StaticInitializationTest, SeesMotion) {
-  EXPECT_THAT(Refusal(Walk().Samples(0.0, 2.0, 200.0)), ::testing::HasSubstr("rate of turn varies"));
+  EXPECT_THAT(Refusal(Walk().Samples(0.0, 2.0, 200.0)),
+              ::testing::HasSubstr("rate of turn varies"));
   // A walk at a steady heading without sway: only the accelerometer shows it.
   Walk plain;
   plain.yaw_rate = 0.0;
@@ -107,7 +110,8 @@ TEST(StaticInitializationTest, SeesMotion) {
   EXPECT_THAT(Refusal(plain.Samples(0.0, 2.0, 200.0)), ::testing::HasSubstr("mean rate of turn"));
   // Setting off at a constant 0.4 m/s^2 half way.
   auto starting = RestingSamples(Eigen::Quaterniond::Identity(), 1.0);
-  for (std::size_t k = starting.size() / 2; k < starting.size(); ++k) starting[k].linear_acceleration.x() += 0.25;
+  for (std::size_t k = starting.size() / 2; k < starting.size(); ++k)
+    starting[k].linear_acceleration.x() += 0.25;
   EXPECT_THAT(Refusal(starting), ::testing::HasSubstr("drifts"));
 }
 
@@ -128,7 +132,8 @@ TEST(HeadingTest, DerivativeMatchesNumericDifferentiation) {
       const Eigen::Quaterniond d = ExpSo3(1e-6 * Eigen::Vector3d::Unit(i));
       const double plus = heading.Of((R * d).toRotationMatrix());
       const double minus = heading.Of((R * d.conjugate()).toRotationMatrix());
-      EXPECT_NEAR(std::remainder(plus - minus, 2.0 * M_PI) / 2e-6, heading.Derivative(R.toRotationMatrix())(i), 1e-6);
+      EXPECT_NEAR(std::remainder(plus - minus, 2.0 * M_PI) / 2e-6,
+                  heading.Derivative(R.toRotationMatrix())(i), 1e-6);
     }
   }
 }
