@@ -108,7 +108,7 @@ TEST(StaticInitializationTest, SeesMotion) {
   plain.velocity.setZero();
   plain.position_amplitude.setZero();
   EXPECT_THAT(Refusal(plain.Samples(0.0, 2.0, 200.0)), ::testing::HasSubstr("mean rate of turn"));
-  // Setting off at a constant 0.4 m/s^2 half way.
+  // Setting off at a constant 0.25 m/s^2 half way.
   auto starting = RestingSamples(Eigen::Quaterniond::Identity(), 1.0);
   for (std::size_t k = starting.size() / 2; k < starting.size(); ++k)
     starting[k].linear_acceleration.x() += 0.25;
