@@ -26,7 +26,7 @@ struct AssociationOptions {
   AssociationKind kind = AssociationKind::kInterpolate;
   double max_difference = 0.01;  // s; largest difference in time of a pair (kNearest)
   double max_gap = 0.25;         // s; longest interval that is interpolated, except within max_difference of a pose
-  Duration estimate_offset;      // added to the stamps of the estimate
+  Duration estimate_offset{};    // added to the stamps of the estimate
 };
 
 using PoseMatrices = std::vector<Eigen::Isometry3d>;

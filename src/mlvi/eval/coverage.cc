@@ -27,15 +27,17 @@ Coverage ComputeCoverage(const Trajectory& estimate, const Trajectory& truth, do
     return coverage;
   }
   stamps.push_back(end);
+  Duration covered;
   Time from = begin;
   for (const Time stamp : stamps) {
     if (stamp - from > reach) {
       coverage.gaps.push_back({from, stamp});
     } else {
-      coverage.covered += (stamp - from).seconds();
+      covered = covered + (stamp - from);
     }
     from = stamp;
   }
+  coverage.covered = covered.seconds();
   coverage.share = coverage.truth_duration > 0.0 ? coverage.covered / coverage.truth_duration : 1.0;
   return coverage;
 }

@@ -15,12 +15,12 @@
 namespace mlvi {
 
 struct EvaluationOptions {
-  AssociationOptions association;
+  AssociationOptions association{};
   AlignmentKind alignment = AlignmentKind::kSe3;
-  RelativeErrorOptions relative;
-  std::vector<double> drift_lengths;  // m; empty: 10, 20, 30, 40 and 50 % of the matched truth's length
+  RelativeErrorOptions relative{};
+  std::vector<double> drift_lengths{};  // m; empty: 10, 20, 30, 40 and 50 % of the matched truth's length
   double coverage_gap = 1.0;          // s; see ComputeCoverage
-  Pose3 T_body_truth;                 // the frame that the truth describes, placed in the one of the estimate
+  Pose3 T_body_truth{};               // the frame that the truth describes, placed in the one of the estimate
 };
 
 struct Evaluation {
