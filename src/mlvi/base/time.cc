@@ -10,6 +10,8 @@ namespace mlvi {
 namespace {
 
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+// What 64 bits of nanoseconds hold, about 292 years.
+constexpr std::int64_t kMaxSeconds = 9'223'372'036;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
@@ -39,8 +41,8 @@ Time ParseTime(const std::string& text) {
       fraction += scale * (text[i] - '0');
     }
   }
-  if (plain && i == text.size()) {
-    const std::int64_t whole = std::strtoll(text.c_str() + digits_begin, nullptr, 10);
+  const std::int64_t whole = plain ? std::strtoll(text.c_str() + digits_begin, nullptr, 10) : 0;
+  if (plain && i == text.size() && whole < kMaxSeconds) {
     const std::int64_t ns = whole * kNanosecondsPerSecond + fraction;
     return Time::FromNanoseconds(negative ? -ns : ns);
   }
