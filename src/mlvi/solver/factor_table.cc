@@ -8,6 +8,8 @@
 namespace mlvi::internal {
 namespace {
 
+typedef double Vector __attribute__((vector_size(64)));  // NOLINT(modernize-use-using): attribute
+
 // out (rows x tangent, rows `stride` apart) = J (rows x ambient) * plus (ambient x tangent), both row-major.
 template <int kAmbient, int kTangent>
 void MultiplyFixed(const double* J, const double* plus, int rows, int stride, double* out) {
@@ -34,14 +36,22 @@ void CopyRows(const double* J, int rows, int columns, int stride, double* out) {
 }
 
 bool AllFinite(const double* values, std::size_t size) {
-  double sum = 0.0;  // 0 * x is NaN for infinite and NaN x
-  for (std::size_t i = 0; i < size; ++i) sum += 0.0 * values[i];
-  return sum == 0.0;
+  // Eight sums at a time; 0 * x is NaN for infinite and NaN x.
+  Vector sum = {};
+  for (std::size_t i = 0; i < size; i += kVectorSize) sum += 0.0 * *reinterpret_cast<const Vector*>(values + i);
+  double total = 0.0;
+  for (int k = 0; k < kVectorSize; ++k) total += sum[k];
+  return total == 0.0;
+}
+
+double SquaredNorm(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double x : values) sum += x * x;
+  return sum;
 }
 
 // H = A^T A and b = -A^T r from rows [A | r].
 void FormHessian(const double* augmented, int rows, int dimension, int stride, double* hessian) {
-  typedef double Vector __attribute__((vector_size(64)));  // NOLINT(modernize-use-using): attribute
   for (int column = 0; column < dimension; ++column) {
     double* out = hessian + static_cast<std::size_t>(column) * stride;
     for (int i = 0; i < stride; i += kVectorSize) {
@@ -97,14 +107,14 @@ bool FactorWorkspace::EvaluateAugmented(const VariableTable& variables, const Fa
 bool FactorWorkspace::Linearize(const VariableTable& variables, Factor* factor) {
   if (!EvaluateAugmented(variables, *factor)) return false;
   const int rows = factor->cost->num_residuals(), stride = factor->stride();
+  double rho[3] = {SquaredNorm(residuals_), 1.0, 0.0};
   if (factor->loss != nullptr) {
-    double squared = 0.0, rho[3];
-    for (const double r : residuals_) squared += r * r;
-    factor->loss->Evaluate(squared, rho);
+    factor->loss->Evaluate(rho[0], rho);
     const double weight = std::sqrt(rho[1]);
     if (!std::isfinite(weight)) return false;
     for (int i = 0; i < rows * stride; ++i) augmented_.data()[i] *= weight;
   }
+  factor->objective = 0.5 * rho[0];
   factor->hessian.Reset(static_cast<std::size_t>(factor->dimension()) * stride);
   FormHessian(augmented_.data(), rows, factor->dimension(), stride, factor->hessian.data());
   return true;
@@ -117,12 +127,25 @@ double FactorWorkspace::Objective(const VariableTable& variables, const Factor& 
   if (!factor.cost->Evaluate(parameters_.data(), residuals_.data(), nullptr)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  double squared = 0.0;
-  for (const double r : residuals_) squared += r * r;
-  if (factor.loss == nullptr) return 0.5 * squared;
-  double rho[3];
-  factor.loss->Evaluate(squared, rho);
+  double rho[3] = {SquaredNorm(residuals_), 1.0, 0.0};
+  if (factor.loss != nullptr) factor.loss->Evaluate(rho[0], rho);
   return 0.5 * rho[0];
+}
+
+double FactorWorkspace::ModelError(const VariableTable& variables, const Factor& factor) {
+  step_.assign(factor.stride(), 0.0);
+  for (std::size_t i = 0; i < factor.variables.size(); ++i) {
+    const int v = factor.variables[i];
+    std::copy_n(variables.delta(v), variables.tangent_size(v), step_.data() + factor.start[i]);
+  }
+  double model = factor.objective;  // + 1/2 d^T H d - b^T d
+  for (int k = 0; k < factor.dimension(); ++k) {
+    const double* column = factor.hessian.data() + static_cast<std::size_t>(k) * factor.stride();
+    double sum = 0.0;
+    for (int i = 0; i < factor.dimension(); ++i) sum += column[i] * step_[i];
+    model += step_[k] * (0.5 * sum - column[factor.dimension()]);
+  }
+  return std::abs(Objective(variables, factor) - model);
 }
 
 }  // namespace mlvi::internal

@@ -22,6 +22,7 @@ struct Factor {
   std::vector<int> start;  // tangent offset of every variable in H, and their total
   // Column k < dimension() of H in rows 0..dimension()-1, with b_k in row dimension().
   AlignedBuffer hessian;
+  double objective = 0.0;  // at the linearisation points
 
   // Where the Bayes tree adds it: the clique, and per variable the coordinate in its front.
   int clique = -1;
@@ -39,6 +40,9 @@ class FactorWorkspace {
   // (iteratively reweighted least squares), so H is positive semidefinite. False when the cost function refuses or a
   // number is not finite; the factor is then as before.
   bool Linearize(const VariableTable& variables, Factor* factor);
+  // How much the quadratic approximation errs about the objective of the factor at the estimate. Not finite when the
+  // cost function refuses.
+  double ModelError(const VariableTable& variables, const Factor& factor);
   // 1/2 loss(|cost|^2) at the estimate; NaN when the cost function refuses.
   double Objective(const VariableTable& variables, const Factor& factor);
 
@@ -47,7 +51,7 @@ class FactorWorkspace {
   bool EvaluateAugmented(const VariableTable& variables, const Factor& factor);
 
   std::vector<const double*> parameters_;
-  std::vector<double> residuals_, ambient_;
+  std::vector<double> residuals_, ambient_, step_;
   std::vector<double*> jacobians_;
   AlignedBuffer augmented_;
 };

@@ -27,6 +27,7 @@ class IncrementalSmoother::Impl {
  public:
   explicit Impl(const IncrementalSmootherConfig& config) : config_(config), tree_(&variables_, &factors_) {
     MLVI_CHECK(config.relinearize_threshold >= 0.0, "relinearize_threshold {}", config.relinearize_threshold);
+    MLVI_CHECK(config.model_error_threshold >= 0.0, "model_error_threshold {}", config.model_error_threshold);
     MLVI_CHECK(config.wildfire_threshold >= 0.0, "wildfire_threshold {}", config.wildfire_threshold);
     MLVI_CHECK(config.max_rounds >= 1, "max_rounds {}", config.max_rounds);
   }
@@ -62,7 +63,7 @@ class IncrementalSmoother::Impl {
   // The factors that one round linearises anew, without repetition.
   std::vector<int> FactorsOf(const std::vector<int>& moved) const;
   std::optional<Error> Linearize(const std::vector<int>& factors);
-  std::vector<int> BeyondThreshold() const;
+  std::vector<int> FindStale(const std::vector<int>& changed) const;
   std::optional<Error> Iterate(IncrementalSmootherSummary* summary);
   void Commit();
   void RestoreCommitted(const std::vector<double>& estimates);
@@ -77,6 +78,7 @@ class IncrementalSmoother::Impl {
   int committed_variables_ = 0, committed_factors_ = 0;
   std::vector<int> pending_removals_;
   std::vector<char> is_removed_;  // per factor
+  std::vector<int> stale_;        // variables that the last Update should have linearised anew, had it had more rounds
   int factor_count_ = 0;
 };
 
@@ -144,12 +146,29 @@ std::optional<Error> IncrementalSmoother::Impl::Linearize(const std::vector<int>
   return Describe(factors[bad - failed.begin()]);
 }
 
-std::vector<int> IncrementalSmoother::Impl::BeyondThreshold() const {
-  std::vector<int> moved;
-  for (int v = 0; v < variables_.size(); ++v) {
-    if (variables_.ScaledStep(v) > config_.relinearize_threshold) moved.push_back(v);
+// The variables that must be linearised anew after the steps of `changed` have changed.
+std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& changed) const {
+  const std::vector<int> factors = FactorsOf(changed);
+  std::vector<char> errs(factors.size(), 0);
+  ParallelForChunks(factors.size(), kFactorGrain, [&](std::size_t begin, std::size_t end) {
+    internal::FactorWorkspace workspace;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double error = workspace.ModelError(variables_, factors_[factors[i]]);
+      errs[i] = !(error <= config_.model_error_threshold);  // also NaN
+    }
+  });
+  std::vector<int> stale;
+  for (const int v : changed) {
+    if (variables_.ScaledStep(v) > config_.relinearize_threshold) stale.push_back(v);
   }
-  return moved;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (!errs[i]) continue;
+    for (const int v : factors_[factors[i]].variables) {
+      if (variables_.ScaledStep(v) > 0.0) stale.push_back(v);
+    }
+  }
+  SortUnique(&stale);
+  return stale;
 }
 
 Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
@@ -161,9 +180,8 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
 
   IncrementalSmootherSummary summary;
   const std::vector<double> estimates = variables_.estimates();
-  std::vector<int> touched, newest;
-  for (int v = committed_variables_; v < variables_.size(); ++v) newest.push_back(v);
-  touched = newest;
+  std::vector<int> touched;
+  for (int v = committed_variables_; v < variables_.size(); ++v) touched.push_back(v);
   for (const std::vector<int>* changed : {&added, &pending_removals_}) {
     for (const int f : *changed) {
       touched.insert(touched.end(), factors_[f].variables.begin(), factors_[f].variables.end());
@@ -173,7 +191,8 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
   // Removed factors vanish from the tree, but can come back (DiscardPending) until the update has succeeded.
   std::vector<std::shared_ptr<const ceres::CostFunction>> removed;
   for (const int f : pending_removals_) removed.push_back(std::move(factors_[f].cost));
-  if (!touched.empty()) summary.reordered_variables = tree_.Restructure(touched, added, newest);
+  // All variables of new factors go last, as the next factors will most likely touch them again.
+  if (!touched.empty()) summary.reordered_variables = tree_.Restructure(touched, added, touched);
 
   if (std::optional<Error> error = Iterate(&summary)) {
     for (std::size_t i = 0; i < removed.size(); ++i) factors_[pending_removals_[i]].cost = std::move(removed[i]);
@@ -186,7 +205,7 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
 }
 
 std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSummary* summary) {
-  std::vector<int> moved = BeyondThreshold();
+  std::vector<int> moved = std::move(stale_);
   do {
     ++summary->rounds;
     for (const int v : moved) variables_.MoveLinearizationToEstimate(v);
@@ -203,10 +222,12 @@ std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSumma
                    fmt::format("the factors do not determine variable {}: add a prior or the missing factors",
                                *elimination.singular_variable)};
     }
-    for (const int v : tree_.Solve(config_.wildfire_threshold)) variables_.UpdateEstimate(v);
-    moved = BeyondThreshold();
+    const std::vector<int>& changed = tree_.Solve(config_.wildfire_threshold);
+    for (const int v : changed) variables_.UpdateEstimate(v);
+    moved = FindStale(changed);
   } while (!moved.empty() && summary->rounds < config_.max_rounds);
   summary->converged = moved.empty();
+  stale_ = std::move(moved);
   return std::nullopt;
 }
 
@@ -223,6 +244,7 @@ void IncrementalSmoother::Impl::Commit() {
 // Back to the state of the last successful Update, with the same estimates and new linearisation points at them.
 void IncrementalSmoother::Impl::RestoreCommitted(const std::vector<double>& estimates) {
   variables_.Restore(estimates);
+  stale_.clear();
   tree_.Clear();
   std::vector<int> variables(committed_variables_), factors;
   for (int v = 0; v < committed_variables_; ++v) variables[v] = v;

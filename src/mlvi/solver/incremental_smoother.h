@@ -34,6 +34,10 @@ struct IncrementalSmootherConfig {
   // A variable is linearised anew when a component of its step from the linearisation point, divided by the scale of
   // the variable (AddVariable), exceeds this. Radians and metres for scale 1.
   double relinearize_threshold = 0.1;
+  // The variables of a factor are linearised anew, too, when its quadratic approximation errs by more than this about
+  // its objective (a number without unit: 1 is a residual of 1.4 sigma). It catches what a threshold of distance cannot
+  // know: how strongly the factor bends, and changes of robust weights.
+  double model_error_threshold = 0.1;
   // Changes of a variable's step below this (divided by its scale) do not spread to the variables below it in the tree.
   double wildfire_threshold = 1e-3;
   // Within one Update, linearisation and solution repeat while variables exceed `relinearize_threshold`, at most so
