@@ -32,7 +32,8 @@ Expected<mlvi::Pose3> ParseFrame(const std::vector<double>& v) {
   const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
   if (std::abs(q.norm() - 1.0) > 0.01) {
     return mlvi::MakeError(mlvi::ErrorKind::kConfiguration,
-                           "--truth-frame: quaternion norm {:.4f}; expected x y z qx qy qz qw", q.norm());
+                           "--truth-frame: quaternion norm {:.4f}; expected x y z qx qy qz qw",
+                           q.norm());
   }
   return mlvi::Pose3(q, {v[0], v[1], v[2]});
 }
@@ -40,10 +41,10 @@ Expected<mlvi::Pose3> ParseFrame(const std::vector<double>& v) {
 Expected<mlvi::EvaluationOptions> ToOptions(const Arguments& a) {
   mlvi::EvaluationOptions options = a.options;
   const std::vector<std::string> names = AlignmentNames();
-  options.alignment =
-      static_cast<mlvi::AlignmentKind>(std::find(names.begin(), names.end(), a.alignment) - names.begin());
-  options.association.kind =
-      a.association == "nearest" ? mlvi::AssociationKind::kNearest : mlvi::AssociationKind::kInterpolate;
+  options.alignment = static_cast<mlvi::AlignmentKind>(
+      std::find(names.begin(), names.end(), a.alignment) - names.begin());
+  options.association.kind = a.association == "nearest" ? mlvi::AssociationKind::kNearest
+                                                        : mlvi::AssociationKind::kInterpolate;
   options.association.estimate_offset = mlvi::Duration::FromSeconds(a.time_offset);
   if (a.delta_unit == "frames") options.relative.unit = mlvi::DeltaUnit::kFrames;
   if (a.delta_unit == "s") options.relative.unit = mlvi::DeltaUnit::kSeconds;
@@ -57,16 +58,18 @@ Expected<mlvi::EvaluationOptions> ToOptions(const Arguments& a) {
   return options;
 }
 
-Expected<mlvi::Evaluation> EvaluateFiles(const Arguments& a, const mlvi::EvaluationOptions& options) {
+Expected<mlvi::Evaluation> EvaluateFiles(const Arguments& a,
+                                         const mlvi::EvaluationOptions& options) {
   const auto estimate = ReadPoseFile(a.estimate_file);
   if (!estimate) return tl::unexpected(estimate.error());
   const auto truth = ReadPoseFile(a.truth_file);
   if (!truth) return tl::unexpected(truth.error());
   if (estimate->has_stamps() != truth->has_stamps()) {
-    return mlvi::MakeError(mlvi::ErrorKind::kInput,
-                           "{} has stamps and {} has none (KITTI): poses cannot be matched; convert one of them",
-                           estimate->has_stamps() ? a.estimate_file : a.truth_file,
-                           estimate->has_stamps() ? a.truth_file : a.estimate_file);
+    return mlvi::MakeError(
+        mlvi::ErrorKind::kInput,
+        "{} has stamps and {} has none (KITTI): poses cannot be matched; convert one of them",
+        estimate->has_stamps() ? a.estimate_file : a.truth_file,
+        estimate->has_stamps() ? a.truth_file : a.estimate_file);
   }
   return estimate->has_stamps() ? mlvi::Evaluate(estimate->stamped, truth->stamped, options)
                                 : mlvi::Evaluate(estimate->unstamped, truth->unstamped, options);
@@ -87,10 +90,12 @@ Expected<int> Run(const Arguments& a) {
 
 void AddAssociationOptions(CLI::App& command, Arguments& a) {
   auto& o = a.options.association;
-  command.add_option("--association", a.association, "How poses are matched in time (nearest: as evo)")
+  command
+      .add_option("--association", a.association, "How poses are matched in time (nearest: as evo)")
       ->check(CLI::IsMember({"interpolate", "nearest"}))
       ->capture_default_str();
-  command.add_option("--max-difference", o.max_difference, "Largest difference in time of a pair [s]")
+  command
+      .add_option("--max-difference", o.max_difference, "Largest difference in time of a pair [s]")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command.add_option("--max-gap", o.max_gap, "Longest gap that is interpolated [s]")
@@ -99,8 +104,10 @@ void AddAssociationOptions(CLI::App& command, Arguments& a) {
   command.add_option("--time-offset", a.time_offset, "Added to the stamps of the estimate [s]")
       ->check(CLI::Range(-9e9, 9e9))
       ->capture_default_str();
-  command.add_option("--truth-frame", a.truth_frame,
-                     "Frame that the truth describes, placed in the estimate's body frame: x y z qx qy qz qw")
+  command
+      .add_option(
+          "--truth-frame", a.truth_frame,
+          "Frame that the truth describes, placed in the estimate's body frame: x y z qx qy qz qw")
       ->expected(7);
 }
 
@@ -115,17 +122,25 @@ void AddErrorOptions(CLI::App& command, Arguments& a) {
   command.add_option("--rpe-unit", a.delta_unit, "Its unit")
       ->check(CLI::IsMember({"m", "frames", "deg", "s"}))
       ->capture_default_str();
-  command.add_flag("--rpe-all-pairs", r.all_pairs, "A pair from every pose on, instead of consecutive ones");
-  command.add_option("--rpe-tolerance", r.tolerance, "Accepted deviation of a pair's length with all pairs, share of it")
+  command.add_flag("--rpe-all-pairs", r.all_pairs,
+                   "A pair from every pose on, instead of consecutive ones");
+  command
+      .add_option("--rpe-tolerance", r.tolerance,
+                  "Accepted deviation of a pair's length with all pairs, share of it")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_flag("--rpe-from-truth", r.pairs_from_truth, "Measure the pairs along the truth instead of the estimate");
-  command.add_flag("--rpe-skip-first", r.skip_first, "Leave out the first consecutive pair, as evo did in 2018");
-  command.add_option("--segments", a.options.drift_lengths,
-                     "Segment lengths of the drift [m]; default: 10 to 50 % of the path")
+  command.add_flag("--rpe-from-truth", r.pairs_from_truth,
+                   "Measure the pairs along the truth instead of the estimate");
+  command.add_flag("--rpe-skip-first", r.skip_first,
+                   "Leave out the first consecutive pair, as evo did in 2018");
+  command
+      .add_option("--segments", a.options.drift_lengths,
+                  "Segment lengths of the drift [m]; default: 10 to 50 % of the path")
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
-  command.add_option("--coverage-gap", a.options.coverage_gap, "Longer intervals between estimates are gaps [s]")
+  command
+      .add_option("--coverage-gap", a.options.coverage_gap,
+                  "Longer intervals between estimates are gaps [s]")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
@@ -135,8 +150,12 @@ void AddErrorOptions(CLI::App& command, Arguments& a) {
 void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("evaluate", "Errors of a trajectory against ground truth");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("ESTIMATE", arguments->estimate_file, "Trajectory: TUM, EuRoC csv or KITTI poses")->required();
-  command->add_option("TRUTH", arguments->truth_file, "Ground truth, in any of these formats")->required();
+  command
+      ->add_option("ESTIMATE", arguments->estimate_file,
+                   "Trajectory: TUM, EuRoC csv or KITTI poses")
+      ->required();
+  command->add_option("TRUTH", arguments->truth_file, "Ground truth, in any of these formats")
+      ->required();
   AddErrorOptions(*command, *arguments);
   AddAssociationOptions(*command, *arguments);
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");

@@ -13,4 +13,5 @@ std::vector<std::string> AlignmentNames();
 // The result as a table for reading; angles in degrees.
 std::string ToTable(const mlvi::Evaluation& evaluation, const mlvi::EvaluationOptions& options);
 // The same as JSON, with units in the keys.
-nlohmann::ordered_json ToJson(const mlvi::Evaluation& evaluation, const mlvi::EvaluationOptions& options);
+nlohmann::ordered_json ToJson(const mlvi::Evaluation& evaluation,
+                              const mlvi::EvaluationOptions& options);

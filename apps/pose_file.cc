@@ -19,12 +19,14 @@ constexpr mlvi::ErrorKind kKind = mlvi::ErrorKind::kInput;
 Expected<std::string> ReadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.is_open() || file.bad()) return MakeError(kKind, "cannot read '{}': does the file exist?", path);
+  if (!file.is_open() || file.bad())
+    return MakeError(kKind, "cannot read '{}': does the file exist?", path);
   return text;
 }
 
 bool IsInteger(const std::string& word) {
-  return !word.empty() && std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return !word.empty() &&
+         std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 // Integer stamps of that many digits are nanoseconds since 1970 (seconds have 10 until the year 2286).
@@ -34,15 +36,17 @@ bool IsEurocLine(const TableLine& line) {
 
 Expected<mlvi::StampedPose> ParseEurocLine(const TableLine& line, const std::string& path) {
   if (!IsEurocLine(line) || line.words[0].size() > 19) {
-    return MakeError(kKind, "{}:{}: expected an integer stamp in ns and x y z qw qx qy qz, as in the rows before", path,
-                     line.number);
+    return MakeError(
+        kKind,
+        "{}:{}: expected an integer stamp in ns and x y z qw qx qy qz, as in the rows before", path,
+        line.number);
   }
   const auto v = mlvi::Numbers(line, 1, 7, path);
   if (!v) return tl::unexpected(v.error());
   const Eigen::Quaterniond rotation((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
   if (std::abs(rotation.norm() - 1.0) > 0.01) {
-    return MakeError(kKind, "{}:{}: quaternion norm {:.4f}; EuRoC's order is qw qx qy qz", path, line.number,
-                     rotation.norm());
+    return MakeError(kKind, "{}:{}: quaternion norm {:.4f}; EuRoC's order is qw qx qy qz", path,
+                     line.number, rotation.norm());
   }
   return mlvi::StampedPose{.stamp = mlvi::Time::FromNanoseconds(std::stoll(line.words[0])),
                            .pose = mlvi::Pose3(rotation, {(*v)[0], (*v)[1], (*v)[2]})};
@@ -50,16 +54,19 @@ Expected<mlvi::StampedPose> ParseEurocLine(const TableLine& line, const std::str
 
 Expected<Eigen::Isometry3d> ParseKittiLine(const TableLine& line, const std::string& path) {
   if (line.words.size() != 12) {
-    return MakeError(kKind, "{}:{}: {} columns; rows of this file have 12 (KITTI)", path, line.number,
-                     line.words.size());
+    return MakeError(kKind, "{}:{}: {} columns; rows of this file have 12 (KITTI)", path,
+                     line.number, line.words.size());
   }
   const auto v = mlvi::Numbers(line, 0, 12, path);
   if (!v) return tl::unexpected(v.error());
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v->data());
-  const double error = (pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm();
+  const double error =
+      (pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm();
   if (error > 1e-3) {
-    return MakeError(kKind, "{}:{}: the 3x3 part is no rotation (R R^T is off by {:.2g}); expected a 3x4 pose row by row",
+    return MakeError(kKind,
+                     "{}:{}: the 3x3 part is no rotation (R R^T is off by {:.2g}); expected a 3x4 "
+                     "pose row by row",
                      path, line.number, error);
   }
   return pose;
@@ -89,8 +96,9 @@ Expected<PoseFile> ReadPoseFile(const std::string& path) {
       return PoseFile{.stamped = {}, .unstamped = std::move(poses)};
     });
   }
-  const auto trajectory = IsEurocLine(lines[0]) ? ParseAll<mlvi::StampedPose>(lines, path, ParseEurocLine)
-                                                : mlvi::ParseTum(*text, path);
+  const auto trajectory = IsEurocLine(lines[0])
+                              ? ParseAll<mlvi::StampedPose>(lines, path, ParseEurocLine)
+                              : mlvi::ParseTum(*text, path);
   if (!trajectory) return tl::unexpected(trajectory.error());
   return PoseFile{.stamped = *trajectory, .unstamped = {}};
 }

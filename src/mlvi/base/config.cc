@@ -61,16 +61,21 @@ Expected<void> SetNumber(const ConfigField& field, std::string_view text, Number
   return valid;
 }
 
-std::string FormatDouble(double value) {
-  std::string text = fmt::format("{}", value);
-  return text;
+// As a double-quoted YAML scalar.
+std::string Quoted(const std::string& value) {
+  std::string text = "\"";
+  for (const char c : value) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + "\"";
 }
 
 std::string ValueText(const ConfigField& field) {
   return std::visit(Overloaded{[](const bool* v) { return std::string(*v ? "true" : "false"); },
                                [](const int* v) { return fmt::format("{}", *v); },
-                               [](const double* v) { return FormatDouble(*v); },
-                               [](const std::string* v) { return "\"" + *v + "\""; },
+                               [](const double* v) { return fmt::format("{}", *v); },
+                               [](const std::string* v) { return Quoted(*v); },
                                [](const ConfigEnumReference& v) {
                                  return v.names.at(static_cast<std::size_t>(*v.value));
                                }},

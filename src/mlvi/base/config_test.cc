@@ -71,7 +71,8 @@ TEST_F(ConfigTest, SetsEveryKindOfField) {
 
 TEST_F(ConfigTest, ErrorsNameFieldValueAndConstraint) {
   const std::string range = SetError("map.voxel_size", "20");
-  for (const char* text : {"map.voxel_size", "20", "[0.01, 10]", "m"}) EXPECT_THAT(range, HasSubstr(text));
+  for (const char* text : {"map.voxel_size", "20", "[0.01, 10]", "m"})
+    EXPECT_THAT(range, HasSubstr(text));
   EXPECT_THAT(SetError("threads", "0"), HasSubstr("[1, 64]"));
   EXPECT_THAT(SetError("threads", "2.5"), HasSubstr("an integer"));
   EXPECT_THAT(SetError("threads", "99999999999"), HasSubstr("an integer"));
@@ -126,12 +127,19 @@ TEST_F(ConfigTest, DumpedNumbersKeepAllDigits) {
   EXPECT_EQ(other.gain, config_.gain);
 }
 
+TEST_F(ConfigTest, DumpedTextIsQuoted) {
+  config_.name = R"(a "b" \c)";
+  EXPECT_THAT(declaration_.ToYaml(), HasSubstr(R"(name: "a \"b\" \\c")"));
+}
+
 TEST_F(ConfigTest, ThePageListsEveryField) {
   const std::string page = declaration_.ToMarkdown();
-  for (const ConfigField& field : declaration_.fields()) EXPECT_THAT(page, HasSubstr("`" + field.key + "`"));
+  for (const ConfigField& field : declaration_.fields())
+    EXPECT_THAT(page, HasSubstr("`" + field.key + "`"));
   EXPECT_THAT(page, HasSubstr("| `map.voxel_size` | 0.5 | m | 0.01 .. 10 | Edge of a voxel |"));
   EXPECT_THAT(page, HasSubstr("red / green / blue"));
-  EXPECT_EQ(std::count(page.begin(), page.end(), '\n'), 2 + static_cast<std::ptrdiff_t>(declaration_.fields().size()));
+  EXPECT_EQ(std::count(page.begin(), page.end(), '\n'),
+            2 + static_cast<std::ptrdiff_t>(declaration_.fields().size()));
 }
 
 TEST(NearestName, IsTheSmallestEditDistance) {

@@ -17,7 +17,8 @@ double SumOf(std::size_t size, std::size_t grain) {
       size, grain, 0.0,
       [](std::size_t begin, std::size_t end) {
         double sum = 0.0;
-        for (std::size_t i = begin; i < end; ++i) sum += std::sin(1e3 * static_cast<double>(i)) / (1.0 + static_cast<double>(i));
+        for (std::size_t i = begin; i < end; ++i)
+          sum += std::sin(1e3 * static_cast<double>(i)) / (1.0 + static_cast<double>(i));
         return sum;
       },
       [](double& total, const double& part) { total += part; });
@@ -43,8 +44,11 @@ TEST(Parallel, ReductionsHaveTheSameBitsAtAnyThreadCount) {
 
 TEST(Parallel, ChunksAreCombinedInTheirOrder) {
   const auto order = ParallelReduce(
-      10, 3, std::vector<std::size_t>{}, [](std::size_t begin, std::size_t) { return std::vector<std::size_t>{begin}; },
-      [](std::vector<std::size_t>& all, const std::vector<std::size_t>& part) { all.insert(all.end(), part.begin(), part.end()); });
+      10, 3, std::vector<std::size_t>{},
+      [](std::size_t begin, std::size_t) { return std::vector<std::size_t>{begin}; },
+      [](std::vector<std::size_t>& all, const std::vector<std::size_t>& part) {
+        all.insert(all.end(), part.begin(), part.end());
+      });
   EXPECT_EQ(order, (std::vector<std::size_t>{0, 3, 6, 9}));
 }
 

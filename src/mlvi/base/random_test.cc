@@ -21,8 +21,9 @@ TEST(RandomStream, KnownValues) {
 }
 
 TEST(RandomStream, NamesSeedsAndForksAreIndependent) {
-  const std::vector<RandomStream> streams = {RandomStream(1, "imu"), RandomStream(1, "lidar"), RandomStream(2, "imu"),
-                                             RandomStream(1, "imu").Fork(0), RandomStream(1, "imu").Fork(1)};
+  const std::vector<RandomStream> streams = {RandomStream(1, "imu"), RandomStream(1, "lidar"),
+                                             RandomStream(2, "imu"), RandomStream(1, "imu").Fork(0),
+                                             RandomStream(1, "imu").Fork(1)};
   constexpr int kCount = 20'000;
   for (std::size_t a = 0; a < streams.size(); ++a) {
     for (std::size_t b = a + 1; b < streams.size(); ++b) {

@@ -75,7 +75,8 @@ TEST_F(ProgressLog, IsOnePlainLinePerTenPercent) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 11) << text;
   EXPECT_EQ(text.find('\r'), std::string::npos);
   EXPECT_EQ(text.find('\033'), std::string::npos);
-  for (const char* part : {"reading: 0 %", "reading: 50 %", "reading: 100 %", "note"}) EXPECT_THAT(text, HasSubstr(part));
+  for (const char* part : {"reading: 0 %", "reading: 50 %", "reading: 100 %", "note"})
+    EXPECT_THAT(text, HasSubstr(part));
 }
 
 TEST_F(ProgressLog, FinishSaysHundredPercentOnce) {

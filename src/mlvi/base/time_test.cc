@@ -34,12 +34,13 @@ TEST(Time, ReadsWhatTrajectoryFilesHold) {
   EXPECT_EQ(ns("-0.25"), -250'000'000);
   EXPECT_EQ(ns("1.5e1"), 15'000'000'000);
   // As numpy writes stamps: a double, good to 0.12 us at Unix times.
-  EXPECT_NEAR(static_cast<double>(ns("1.403715529112143517e+09") - 1403715529112143517), 0.0, 240.0);
+  EXPECT_NEAR(static_cast<double>(ns("1.403715529112143517e+09") - 1403715529112143517), 0.0,
+              240.0);
 }
 
 TEST(Time, RefusesWhatIsNoTime) {
-  for (const char* text : {"", "-", ".", "abc", "1.5x", "1,5", "nan", "inf", "1e30", "1403715529112143517", "0x10s", "1 2",
-                           "9999999999", "-9999999999.5"}) {
+  for (const char* text : {"", "-", ".", "abc", "1.5x", "1,5", "nan", "inf", "1e30",
+                           "1403715529112143517", "0x10s", "1 2", "9999999999", "-9999999999.5"}) {
     EXPECT_FALSE(ParseTime(text).valid()) << text;
   }
   EXPECT_FALSE(Time().valid());

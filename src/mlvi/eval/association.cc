@@ -15,8 +15,10 @@ Expected<Trajectory> Sorted(const Trajectory& trajectory, const char* name, Dura
   if (trajectory.empty()) return MakeError(kKind, "the {} holds no poses", name);
   Trajectory sorted = trajectory;
   for (StampedPose& p : sorted) {
-    if (!p.stamp.valid() || !p.pose.translation().allFinite() || !p.pose.rotation().coeffs().allFinite()) {
-      return MakeError(kKind, "the {} holds a pose that is not finite, at stamp {}", name, ToString(p.stamp));
+    if (!p.stamp.valid() || !p.pose.translation().allFinite() ||
+        !p.pose.rotation().coeffs().allFinite()) {
+      return MakeError(kKind, "the {} holds a pose that is not finite, at stamp {}", name,
+                       ToString(p.stamp));
     }
     p.stamp = p.stamp + offset;
   }
@@ -30,13 +32,16 @@ std::string Range(const Trajectory& t) {
 }
 
 Expected<void> CheckOverlap(const Trajectory& estimate, const Trajectory& truth, Duration slack) {
-  if (estimate.front().stamp <= truth.back().stamp + slack && truth.front().stamp <= estimate.back().stamp + slack) {
+  if (estimate.front().stamp <= truth.back().stamp + slack &&
+      truth.front().stamp <= estimate.back().stamp + slack) {
     return {};
   }
   const double offset = (truth.front().stamp - estimate.front().stamp).seconds();
   return MakeError(kKind,
-                   "no overlap in time: the estimate covers {} s, the truth {} s. Likely cause: clocks with different "
-                   "origins, or the truth of another recording; if it is the clock, start to start differs by {:.3f} s "
+                   "no overlap in time: the estimate covers {} s, the truth {} s. Likely cause: "
+                   "clocks with different "
+                   "origins, or the truth of another recording; if it is the clock, start to start "
+                   "differs by {:.3f} s "
                    "(--time-offset {:.3f} adds it to the estimate)",
                    Range(estimate), Range(truth), offset, offset);
 }
@@ -53,7 +58,8 @@ std::size_t NearestIndex(const Trajectory& dense, Time stamp) {
 
 double SecondsApart(Time a, Time b) { return std::abs((a - b).seconds()); }
 
-std::optional<Pose3> Interpolated(const Trajectory& dense, Time stamp, const AssociationOptions& options) {
+std::optional<Pose3> Interpolated(const Trajectory& dense, Time stamp,
+                                  const AssociationOptions& options) {
   const std::size_t nearest = NearestIndex(dense, stamp);
   const std::size_t begin = dense[nearest].stamp <= stamp ? nearest : nearest - 1;
   const bool near = SecondsApart(dense[nearest].stamp, stamp) <= options.max_difference;
@@ -69,27 +75,32 @@ std::optional<Pose3> Interpolated(const Trajectory& dense, Time stamp, const Ass
 }
 
 // The pose of `dense` that belongs to the instant.
-std::optional<Pose3> Partner(const Trajectory& dense, Time stamp, const AssociationOptions& options) {
+std::optional<Pose3> Partner(const Trajectory& dense, Time stamp,
+                             const AssociationOptions& options) {
   if (options.kind == AssociationKind::kInterpolate) return Interpolated(dense, stamp, options);
   const StampedPose& nearest = dense[NearestIndex(dense, stamp)];
   if (SecondsApart(nearest.stamp, stamp) > options.max_difference) return std::nullopt;
   return nearest.pose;
 }
 
-tl::unexpected<Error> NoMatch(const Trajectory& sparse, const Trajectory& dense, const AssociationOptions& options) {
+tl::unexpected<Error> NoMatch(const Trajectory& sparse, const Trajectory& dense,
+                              const AssociationOptions& options) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const StampedPose& p : sparse) {
     smallest = std::min(smallest, SecondsApart(dense[NearestIndex(dense, p.stamp)].stamp, p.stamp));
   }
   return MakeError(kKind,
-                   "none of {} poses has a partner among {}: the nearest stamps are {:.4f} s apart, allowed are {:.4f} s "
-                   "(or interpolation over gaps of at most {:.2f} s). Likely cause: sparse trajectories or a clock "
+                   "none of {} poses has a partner among {}: the nearest stamps are {:.4f} s "
+                   "apart, allowed are {:.4f} s "
+                   "(or interpolation over gaps of at most {:.2f} s). Likely cause: sparse "
+                   "trajectories or a clock "
                    "offset; raise --max-difference or --max-gap, or give --time-offset",
                    sparse.size(), dense.size(), smallest, options.max_difference, options.max_gap);
 }
 
 bool HaveRotations(const Trajectory& trajectory) {
-  return std::all_of(trajectory.begin(), trajectory.end(), [](const StampedPose& p) { return p.has_rotation; });
+  return std::all_of(trajectory.begin(), trajectory.end(),
+                     [](const StampedPose& p) { return p.has_rotation; });
 }
 
 Eigen::Isometry3d ToIsometry(const Pose3& pose) { return Eigen::Isometry3d(pose.matrix()); }
@@ -126,7 +137,8 @@ Expected<MatchedPoses> AssociateByIndex(const PoseMatrices& estimate, const Pose
   if (estimate.empty()) return MakeError(kKind, "the estimate holds no poses");
   if (estimate.size() != truth.size()) {
     return MakeError(kKind,
-                     "{} poses in the estimate, {} in the truth: without stamps both files must describe the same "
+                     "{} poses in the estimate, {} in the truth: without stamps both files must "
+                     "describe the same "
                      "frames, one by one; use files with stamps",
                      estimate.size(), truth.size());
   }

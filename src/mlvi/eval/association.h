@@ -25,17 +25,19 @@ enum class AssociationKind : int {
 struct AssociationOptions {
   AssociationKind kind = AssociationKind::kInterpolate;
   double max_difference = 0.01;  // s; largest difference in time of a pair (kNearest)
-  double max_gap = 0.25;         // s; longest interval that is interpolated, except within max_difference of a pose
-  Duration estimate_offset{};    // added to the stamps of the estimate
+  double max_gap =
+      0.25;  // s; longest interval that is interpolated, except within max_difference of a pose
+  Duration estimate_offset{};  // added to the stamps of the estimate
 };
 
 using PoseMatrices = std::vector<Eigen::Isometry3d>;
 
 struct MatchedPoses {
-  std::vector<Time> stamps{};  // of the trajectory that was matched against the other; empty for unstamped poses
+  std::vector<Time>
+      stamps{};  // of the trajectory that was matched against the other; empty for unstamped poses
   PoseMatrices estimate{};
   PoseMatrices truth{};
-  bool has_rotations = true;  // false: a pose of either side knows its position only
+  bool has_rotations = true;       // false: a pose of either side knows its position only
   std::size_t estimate_count = 0;  // poses given
   std::size_t truth_count = 0;
 };

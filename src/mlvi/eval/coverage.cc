@@ -8,17 +8,21 @@
 
 namespace mlvi {
 
-Coverage ComputeCoverage(const Trajectory& estimate, const Trajectory& truth, double max_gap, Duration offset) {
-  MLVI_CHECK(!estimate.empty() && !truth.empty(), "{} estimates, {} truths", estimate.size(), truth.size());
+Coverage ComputeCoverage(const Trajectory& estimate, const Trajectory& truth, double max_gap,
+                         Duration offset) {
+  MLVI_CHECK(!estimate.empty() && !truth.empty(), "{} estimates, {} truths", estimate.size(),
+             truth.size());
   const auto [first, last] = std::minmax_element(
-      truth.begin(), truth.end(), [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
+      truth.begin(), truth.end(),
+      [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
   const Time begin = first->stamp, end = last->stamp;
   const Duration reach = Duration::FromSeconds(max_gap);
   std::vector<Time> stamps;
   for (const StampedPose& p : estimate) {
     const Time stamp = p.stamp + offset;
     // Poses a little outside of the truth's time reach into it.
-    if (stamp >= begin - reach && stamp <= end + reach) stamps.push_back(std::clamp(stamp, begin, end));
+    if (stamp >= begin - reach && stamp <= end + reach)
+      stamps.push_back(std::clamp(stamp, begin, end));
   }
   std::sort(stamps.begin(), stamps.end());
   Coverage coverage{.truth_duration = (end - begin).seconds()};

@@ -25,7 +25,8 @@ ErrorStatistics Summarize(std::span<const double> errors) {
   statistics.rmse = std::sqrt(statistics.sse / static_cast<double>(n));
   statistics.median = 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]);
   double squares = 0.0;
-  for (const double error : sorted) squares += (error - statistics.mean) * (error - statistics.mean);
+  for (const double error : sorted)
+    squares += (error - statistics.mean) * (error - statistics.mean);
   statistics.std = std::sqrt(squares / static_cast<double>(n));
   return statistics;
 }

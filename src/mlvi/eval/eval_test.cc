@@ -52,23 +52,29 @@ TEST(Association, NearestAgreesWithSearchingAll) {
   RandomStream random(1);
   for (int trial = 0; trial < 50; ++trial) {
     Trajectory a, b;
-    for (int i = 0; i < 60; ++i) a.push_back({.stamp = At(random.Uniform(0.0, 5.0)), .pose = Pose3::FromTranslation({1.0 * i, 0, 0})});
-    for (int i = 0; i < 90; ++i) b.push_back({.stamp = At(random.Uniform(0.0, 5.0)), .pose = Pose3::FromTranslation({0, 1.0 * i, 0})});
+    for (int i = 0; i < 60; ++i)
+      a.push_back(
+          {.stamp = At(random.Uniform(0.0, 5.0)), .pose = Pose3::FromTranslation({1.0 * i, 0, 0})});
+    for (int i = 0; i < 90; ++i)
+      b.push_back(
+          {.stamp = At(random.Uniform(0.0, 5.0)), .pose = Pose3::FromTranslation({0, 1.0 * i, 0})});
     const MatchedPoses matched =
         Associate(a, b, {.kind = AssociationKind::kNearest, .max_difference = 0.02}).value();
     std::size_t expected = 0;
     for (const StampedPose& p : a) {
       const auto nearest = std::min_element(b.begin(), b.end(), [&](const auto& x, const auto& y) {
-        return std::abs((x.stamp - p.stamp).nanoseconds()) < std::abs((y.stamp - p.stamp).nanoseconds());
+        return std::abs((x.stamp - p.stamp).nanoseconds()) <
+               std::abs((y.stamp - p.stamp).nanoseconds());
       });
       if (std::abs((nearest->stamp - p.stamp).seconds()) > 0.02) continue;
       ++expected;
-      const auto found = std::find_if(matched.estimate.begin(), matched.estimate.end(), [&](const auto& m) {
-        return m.translation() == p.pose.translation();
-      });
+      const auto found =
+          std::find_if(matched.estimate.begin(), matched.estimate.end(),
+                       [&](const auto& m) { return m.translation() == p.pose.translation(); });
       ASSERT_NE(found, matched.estimate.end());
-      EXPECT_EQ(matched.truth[static_cast<std::size_t>(found - matched.estimate.begin())].translation(),
-                nearest->pose.translation());
+      EXPECT_EQ(
+          matched.truth[static_cast<std::size_t>(found - matched.estimate.begin())].translation(),
+          nearest->pose.translation());
     }
     EXPECT_EQ(matched.stamps.size(), expected);
   }
@@ -77,7 +83,8 @@ TEST(Association, NearestAgreesWithSearchingAll) {
 TEST(Association, InterpolationFollowsTheDenserTrajectory) {
   const Trajectory estimate = Path(0.013, 9.9, 0.1), truth = Path(0.0, 10.0, 0.005);
   for (const bool swapped : {false, true}) {
-    const MatchedPoses matched = swapped ? Associate(truth, estimate, {}).value() : Associate(estimate, truth, {}).value();
+    const MatchedPoses matched =
+        swapped ? Associate(truth, estimate, {}).value() : Associate(estimate, truth, {}).value();
     ASSERT_EQ(matched.stamps.size(), estimate.size());
     for (std::size_t i = 0; i < matched.stamps.size(); ++i) {
       // Linear interpolation over 5 ms: |p''| h^2 / 8 = 1 * 2.5e-5 / 8.
@@ -109,8 +116,9 @@ TEST(Association, AnOffsetIsTakenOut) {
   for (StampedPose& p : estimate) p.stamp = p.stamp + Duration::FromSeconds(1000.25);
   AssociationOptions options;
   options.estimate_offset = Duration::FromSeconds(-1000.25);
-  const Evaluation result =
-      Evaluate(estimate, Path(0.0, 5.0, 0.1), {.association = options, .alignment = AlignmentKind::kNone}).value();
+  const Evaluation result = Evaluate(estimate, Path(0.0, 5.0, 0.1),
+                                     {.association = options, .alignment = AlignmentKind::kNone})
+                                .value();
   EXPECT_EQ(result.matched, 51U);
   EXPECT_LT(result.absolute_translation.max, 1e-12);
 }
@@ -119,16 +127,19 @@ TEST(Association, ErrorsTellRangesAndCauses) {
   const Trajectory early = Path(0.0, 5.0, 0.1), late = Path(100.0, 105.0, 0.1);
   const Error apart = Associate(early, late, {}).error();
   EXPECT_EQ(apart.kind, ErrorKind::kInput);
-  for (const char* text : {"[0.000000000, 5.000000000]", "[100.000000000, 105.000000000]", "differs by 100.000"}) {
+  for (const char* text :
+       {"[0.000000000, 5.000000000]", "[100.000000000, 105.000000000]", "differs by 100.000"}) {
     EXPECT_THAT(apart.message, ::testing::HasSubstr(text));
   }
   const AssociationOptions strict{.kind = AssociationKind::kNearest, .max_difference = 0.01};
-  EXPECT_THAT(Associate(Path(0.05, 5.0, 0.1), early, strict).error().message, ::testing::HasSubstr("0.0500 s apart"));
+  EXPECT_THAT(Associate(Path(0.05, 5.0, 0.1), early, strict).error().message,
+              ::testing::HasSubstr("0.0500 s apart"));
   EXPECT_FALSE(Associate({}, early, {}));
   EXPECT_FALSE(Associate(early, {}, {}));
   Trajectory broken = early;
   broken[3].pose = Pose3::FromTranslation({0.0, std::nan(""), 0.0});
-  EXPECT_THAT(Associate(broken, early, {}).error().message, ::testing::HasSubstr("at stamp 0.300000000"));
+  EXPECT_THAT(Associate(broken, early, {}).error().message,
+              ::testing::HasSubstr("at stamp 0.300000000"));
   EXPECT_THAT(AssociateByIndex(Matrices(early), Matrices(Path(0.0, 4.0, 0.1))).error().message,
               ::testing::HasSubstr("51 poses in the estimate, 41 in the truth"));
 }
@@ -157,14 +168,16 @@ TEST(PoseErrors, DoNotDependOnTheWorldFrame) {
   }
   const Pose3 frame(ExpSo3({1.0, -0.5, 2.0}), {100.0, 50.0, -20.0});
   for (const StampedPose& p : estimate) moved.push_back({.stamp = p.stamp, .pose = frame * p.pose});
-  const Evaluation a = Evaluate(estimate, truth, {}).value(), b = Evaluate(moved, truth, {}).value();
+  const Evaluation a = Evaluate(estimate, truth, {}).value(),
+                   b = Evaluate(moved, truth, {}).value();
   EXPECT_NEAR(a.absolute_translation.rmse, b.absolute_translation.rmse, 1e-10);
   EXPECT_NEAR(a.absolute_rotation->rmse, b.absolute_rotation->rmse, 1e-10);
   EXPECT_NEAR(a.relative_translation->rmse, b.relative_translation->rmse, 1e-10);
   ASSERT_EQ(a.drift.size(), 5U);
   EXPECT_NEAR(a.drift[0].translation_percent, b.drift[0].translation_percent, 1e-9);
   // 0.02 m per axis; sqrt(3) 0.02 known to 1 / sqrt(2 * 3 * 401), four sigma.
-  EXPECT_NEAR(a.absolute_translation.rmse, 0.02 * std::sqrt(3.0), 0.0346 * 4.0 / std::sqrt(6.0 * 401.0));
+  EXPECT_NEAR(a.absolute_translation.rmse, 0.02 * std::sqrt(3.0),
+              0.0346 * 4.0 / std::sqrt(6.0 * 401.0));
 }
 
 TEST(PoseErrors, EachAlignmentRemovesItsOwnPart) {
@@ -189,7 +202,8 @@ TEST(PoseErrors, TheTruthsOwnFrameIsAccountedFor) {
   const Pose3 T_body_prism(ExpSo3({0.1, 0.2, 0.3}), {0.05, -0.1, 0.4});
   const Trajectory estimate = Path(0.0, 20.0, 0.05);
   Trajectory truth;
-  for (const StampedPose& p : estimate) truth.push_back({.stamp = p.stamp, .pose = p.pose * T_body_prism});
+  for (const StampedPose& p : estimate)
+    truth.push_back({.stamp = p.stamp, .pose = p.pose * T_body_prism});
   EXPECT_GT(Evaluate(estimate, truth, {}).value().absolute_rotation->rmse, 0.1);
   const Evaluation result = Evaluate(estimate, truth, {.T_body_truth = T_body_prism}).value();
   EXPECT_LT(result.absolute_translation.max, 1e-10);
@@ -234,7 +248,8 @@ TEST(SelectPairs, HoldTheirLength) {
   std::vector<Time> stamps;
   for (const StampedPose& p : path) stamps.push_back(p.stamp);
   const std::vector<double> distance = CumulativeDistance(poses);
-  const double step = *std::max_element(distance.begin() + 1, distance.end()) / static_cast<double>(poses.size() - 1) * 2.0;
+  const double step = *std::max_element(distance.begin() + 1, distance.end()) /
+                      static_cast<double>(poses.size() - 1) * 2.0;
   const auto consecutive = SelectPairs(poses, stamps, {.delta = 1.5}).value();
   ASSERT_GT(consecutive.size(), 20U);
   for (std::size_t k = 0; k < consecutive.size(); ++k) {
@@ -246,14 +261,17 @@ TEST(SelectPairs, HoldTheirLength) {
   const auto all = SelectPairs(poses, stamps, {.delta = 1.5, .all_pairs = true}).value();
   EXPECT_GT(all.size(), poses.size() / 2);
   for (const auto& [i, j] : all) EXPECT_NEAR(distance[j] - distance[i], 1.5, step);
-  const auto timed = SelectPairs(poses, stamps, {.delta = 2.0, .unit = DeltaUnit::kSeconds}).value();
+  const auto timed =
+      SelectPairs(poses, stamps, {.delta = 2.0, .unit = DeltaUnit::kSeconds}).value();
   for (const auto& [i, j] : timed) {
     EXPECT_NEAR((stamps[j] - stamps[i]).seconds(), 2.0, 1e-6);
   }
-  const auto frames = SelectPairs(poses, {}, {.delta = 7.0, .unit = DeltaUnit::kFrames, .all_pairs = true}).value();
+  const auto frames =
+      SelectPairs(poses, {}, {.delta = 7.0, .unit = DeltaUnit::kFrames, .all_pairs = true}).value();
   EXPECT_EQ(frames.size(), poses.size() - 7);
   for (const auto& [i, j] : frames) EXPECT_EQ(j, i + 7);
-  EXPECT_EQ(SelectPairs(poses, stamps, {.delta = 1.5, .skip_first = true}).value().size(), consecutive.size() - 1);
+  EXPECT_EQ(SelectPairs(poses, stamps, {.delta = 1.5, .skip_first = true}).value().size(),
+            consecutive.size() - 1);
 }
 
 TEST(SelectPairs, RefusesWhatMakesNoSense) {
@@ -289,7 +307,9 @@ TEST(Coverage, CountsWhatTheEstimateDescribes) {
   EXPECT_EQ(coverage.gaps.size(), 2U);
 
   EXPECT_EQ(ComputeCoverage(Path(200.0, 210.0, 0.1), truth, 1.0, {}).share, 0.0);
-  EXPECT_EQ(ComputeCoverage(Path(200.0, 300.0, 0.1), truth, 1.0, Duration::FromSeconds(-200.0)).share, 1.0);
+  EXPECT_EQ(
+      ComputeCoverage(Path(200.0, 300.0, 0.1), truth, 1.0, Duration::FromSeconds(-200.0)).share,
+      1.0);
 }
 
 // Tables of the chi-square distribution (Abramowitz and Stegun 26.8), and its normal limit.
@@ -305,7 +325,8 @@ TEST(ChiSquare, QuantilesOfTheTables) {
   EXPECT_NEAR(ChiSquareQuantile(0.5, 2), 2.0 * std::log(2.0), 1e-10);
   // Wilson and Hilferty (1931) is good to 1e-6 for many degrees of freedom.
   for (const double dof : {1e4, 1e6}) {
-    const double h = 2.0 / (9.0 * dof), expected = dof * std::pow(1.0 - h + 1.959963985 * std::sqrt(h), 3);
+    const double h = 2.0 / (9.0 * dof),
+                 expected = dof * std::pow(1.0 - h + 1.959963985 * std::sqrt(h), 3);
     EXPECT_NEAR(ChiSquareQuantile(0.975, dof) / expected, 1.0, 1e-6);
   }
   for (double p = 0.001; p < 1.0; p += 0.037) {

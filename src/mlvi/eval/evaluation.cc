@@ -16,8 +16,8 @@ std::vector<double> DriftLengths(const EvaluationOptions& options, double path_l
 // What needs rotations on both sides.
 Expected<void> EvaluateMotion(const PoseMatrices& estimate, const MatchedPoses& matched,
                               const EvaluationOptions& options, Evaluation& result) {
-  const auto pairs = SelectPairs(options.relative.pairs_from_truth ? matched.truth : estimate, matched.stamps,
-                                 options.relative);
+  const auto pairs = SelectPairs(options.relative.pairs_from_truth ? matched.truth : estimate,
+                                 matched.stamps, options.relative);
   if (!pairs) return tl::unexpected(pairs.error());
   result.absolute_rotation = Summarize(result.absolute_errors.rotation);
   result.relative_pairs = *pairs;
@@ -52,13 +52,15 @@ Expected<Evaluation> EvaluateMatched(MatchedPoses matched, const EvaluationOptio
     result.absolute_errors.rotation.clear();
     return result;
   }
-  if (auto done = EvaluateMotion(estimate, matched, options, result); !done) return tl::unexpected(done.error());
+  if (auto done = EvaluateMotion(estimate, matched, options, result); !done)
+    return tl::unexpected(done.error());
   return result;
 }
 
 }  // namespace
 
-Expected<Evaluation> Evaluate(const Trajectory& estimate, const Trajectory& truth, const EvaluationOptions& options) {
+Expected<Evaluation> Evaluate(const Trajectory& estimate, const Trajectory& truth,
+                              const EvaluationOptions& options) {
   auto matched = Associate(estimate, truth, options.association);
   if (!matched) return tl::unexpected(matched.error());
   auto result = EvaluateMatched(std::move(*matched), options);

@@ -12,7 +12,8 @@ namespace mlvi {
 Expected<double> PoseNees(const Pose3& estimate, const Pose3& truth, const Matrix6d& covariance) {
   const Eigen::LLT<Matrix6d> llt(covariance);
   if (!covariance.allFinite() || llt.info() != Eigen::Success) {
-    return MakeError(ErrorKind::kInput, "NEES: the covariance is not positive definite (diagonal {:.3g} to {:.3g})",
+    return MakeError(ErrorKind::kInput,
+                     "NEES: the covariance is not positive definite (diagonal {:.3g} to {:.3g})",
                      covariance.diagonal().minCoeff(), covariance.diagonal().maxCoeff());
   }
   return llt.matrixL().solve(BoxMinus(truth, estimate)).squaredNorm();

@@ -18,8 +18,8 @@ Expected<double> PoseNees(const Pose3& estimate, const Pose3& truth, const Matri
 struct NeesSummary {
   std::size_t count = 0;
   int dof = 0;
-  double mean = 0.0;            // expected: dof
-  double low = 0.0, high = 0.0; // 95 % band of the mean of `count` independent values
+  double mean = 0.0;             // expected: dof
+  double low = 0.0, high = 0.0;  // 95 % band of the mean of `count` independent values
   // Below `low` the estimator is too cautious, above `high` too sure of itself. Errors of one trajectory are correlated in
   // time: thin the values, or average over runs, before taking the band literally.
   bool consistent() const { return mean >= low && mean <= high; }

@@ -11,17 +11,24 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-Eigen::Isometry3d Between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) { return a.inverse() * b; }
+Eigen::Isometry3d Between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return a.inverse() * b;
+}
 
-double Angle(const Eigen::Isometry3d& T) { return LogSo3(Eigen::Quaterniond(T.linear()).normalized()).norm(); }
+double Angle(const Eigen::Isometry3d& T) {
+  return LogSo3(Eigen::Quaterniond(T.linear()).normalized()).norm();
+}
 
 // The error of the motion from pose i to pose j.
-Eigen::Isometry3d RelativeError(const PoseMatrices& estimate, const PoseMatrices& truth, IndexPair pair) {
-  return Between(Between(truth[pair.first], truth[pair.second]), Between(estimate[pair.first], estimate[pair.second]));
+Eigen::Isometry3d RelativeError(const PoseMatrices& estimate, const PoseMatrices& truth,
+                                IndexPair pair) {
+  return Between(Between(truth[pair.first], truth[pair.second]),
+                 Between(estimate[pair.first], estimate[pair.second]));
 }
 
 // What has been travelled up to each pose, in the unit of the pairs.
-std::vector<double> Travelled(const PoseMatrices& poses, const std::vector<Time>& stamps, DeltaUnit unit) {
+std::vector<double> Travelled(const PoseMatrices& poses, const std::vector<Time>& stamps,
+                              DeltaUnit unit) {
   if (unit == DeltaUnit::kMetres) return CumulativeDistance(poses);
   std::vector<double> travelled(poses.size(), 0.0);
   for (std::size_t i = 1; i < poses.size(); ++i) {
@@ -50,7 +57,8 @@ std::vector<IndexPair> ConsecutivePairs(const std::vector<double>& travelled, do
   return pairs;
 }
 
-std::vector<IndexPair> NearestPairs(const std::vector<double>& travelled, double delta, double tolerance) {
+std::vector<IndexPair> NearestPairs(const std::vector<double>& travelled, double delta,
+                                    double tolerance) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i + 1 < travelled.size(); ++i) {
     const double target = travelled[i] + delta;
@@ -65,11 +73,13 @@ std::vector<IndexPair> NearestPairs(const std::vector<double>& travelled, double
   return pairs;
 }
 
-std::vector<IndexPair> PairsByDirectAngle(const PoseMatrices& poses, double delta, double tolerance) {
+std::vector<IndexPair> PairsByDirectAngle(const PoseMatrices& poses, double delta,
+                                          double tolerance) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     for (std::size_t j = i + 1; j < poses.size(); ++j) {
-      if (std::abs(Angle(Between(poses[i], poses[j])) - delta) <= tolerance) pairs.emplace_back(i, j);
+      if (std::abs(Angle(Between(poses[i], poses[j])) - delta) <= tolerance)
+        pairs.emplace_back(i, j);
     }
   }
   return pairs;
@@ -77,12 +87,14 @@ std::vector<IndexPair> PairsByDirectAngle(const PoseMatrices& poses, double delt
 
 Expected<void> CheckOptions(const RelativeErrorOptions& options, bool stamped) {
   constexpr ErrorKind kKind = ErrorKind::kConfiguration;
-  if (!(options.delta > 0.0)) return MakeError(kKind, "relative error: delta = {}: must be positive", options.delta);
+  if (!(options.delta > 0.0))
+    return MakeError(kKind, "relative error: delta = {}: must be positive", options.delta);
   if (options.unit == DeltaUnit::kFrames && options.delta != std::floor(options.delta)) {
     return MakeError(kKind, "relative error: delta = {} frames: must be an integer", options.delta);
   }
   if (options.unit == DeltaUnit::kSeconds && !stamped) {
-    return MakeError(kKind, "relative error: delta in seconds needs poses with stamps; use frames or metres");
+    return MakeError(
+        kKind, "relative error: delta in seconds needs poses with stamps; use frames or metres");
   }
   return {};
 }
@@ -116,7 +128,8 @@ Expected<Similarity3> AlignEstimate(const MatchedPoses& matched, AlignmentKind k
 }
 
 PoseErrors AbsoluteErrors(const PoseMatrices& estimate, const PoseMatrices& truth) {
-  MLVI_CHECK(estimate.size() == truth.size(), "{} estimates, {} truths", estimate.size(), truth.size());
+  MLVI_CHECK(estimate.size() == truth.size(), "{} estimates, {} truths", estimate.size(),
+             truth.size());
   PoseErrors errors;
   for (std::size_t i = 0; i < estimate.size(); ++i) {
     errors.translation.push_back((estimate[i].translation() - truth[i].translation()).norm());
@@ -125,16 +138,19 @@ PoseErrors AbsoluteErrors(const PoseMatrices& estimate, const PoseMatrices& trut
   return errors;
 }
 
-Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses, const std::vector<Time>& stamps,
+Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses,
+                                             const std::vector<Time>& stamps,
                                              const RelativeErrorOptions& options) {
-  if (auto valid = CheckOptions(options, !stamps.empty()); !valid) return tl::unexpected(valid.error());
+  if (auto valid = CheckOptions(options, !stamps.empty()); !valid)
+    return tl::unexpected(valid.error());
   const double tolerance = options.tolerance * options.delta;
   if (options.all_pairs && options.unit == DeltaUnit::kRadians) {
     return PairsByDirectAngle(poses, options.delta, tolerance);
   }
   const std::vector<double> travelled = Travelled(poses, stamps, options.unit);
   if (options.all_pairs) {
-    return NearestPairs(travelled, options.delta, options.unit == DeltaUnit::kFrames ? 0.0 : tolerance);
+    return NearestPairs(travelled, options.delta,
+                        options.unit == DeltaUnit::kFrames ? 0.0 : tolerance);
   }
   std::vector<IndexPair> pairs = ConsecutivePairs(travelled, options.delta);
   if (options.skip_first && !pairs.empty()) pairs.erase(pairs.begin());
@@ -143,7 +159,8 @@ Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses, const st
 
 PoseErrors RelativeErrors(const PoseMatrices& estimate, const PoseMatrices& truth,
                           const std::vector<IndexPair>& pairs) {
-  MLVI_CHECK(estimate.size() == truth.size(), "{} estimates, {} truths", estimate.size(), truth.size());
+  MLVI_CHECK(estimate.size() == truth.size(), "{} estimates, {} truths", estimate.size(),
+             truth.size());
   PoseErrors errors;
   for (const IndexPair& pair : pairs) {
     const Eigen::Isometry3d error = RelativeError(estimate, truth, pair);

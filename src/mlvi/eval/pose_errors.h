@@ -15,7 +15,7 @@ namespace mlvi {
 
 struct PoseErrors {
   std::vector<double> translation{};  // m
-  std::vector<double> rotation{};    // rad, in [0, pi]
+  std::vector<double> rotation{};     // rad, in [0, pi]
 };
 
 // The estimate in the frame of the truth.
@@ -44,18 +44,20 @@ using IndexPair = std::pair<std::size_t, std::size_t>;
 
 // The pairs of poses between which relative errors are taken. Errors (kConfiguration): delta not positive or not an
 // integer for frames; seconds without stamps. The result may be empty, when the trajectory is too short.
-Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses, const std::vector<Time>& stamps,
+Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses,
+                                             const std::vector<Time>& stamps,
                                              const RelativeErrorOptions& options);
 
 // Of E = (T_truth_i^-1 T_truth_j)^-1 (T_est_i^-1 T_est_j), for each pair (i, j).
-PoseErrors RelativeErrors(const PoseMatrices& estimate, const PoseMatrices& truth, const std::vector<IndexPair>& pairs);
+PoseErrors RelativeErrors(const PoseMatrices& estimate, const PoseMatrices& truth,
+                          const std::vector<IndexPair>& pairs);
 
 // Error per distance over all segments of one length, measured along the truth and started at every pose.
 struct SegmentDrift {
   double length = 0.0;  // m
   std::size_t count = 0;
-  double translation_percent = 0.0;    // mean of |t| / length
-  double rotation_deg_per_metre = 0.0; // mean of angle / length
+  double translation_percent = 0.0;     // mean of |t| / length
+  double rotation_deg_per_metre = 0.0;  // mean of angle / length
 };
 
 // One entry per length that fits in the trajectory.

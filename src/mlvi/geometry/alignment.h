@@ -36,7 +36,8 @@ struct Similarity3 {
 // Minimises sum_i w_i |target_i - S source_i|^2. `weights`: empty (all 1) or one per point, >= 0. Contract: equal numbers.
 // Errors (kInput), with the numbers: no points; points that leave the rotation or the scale open (all in one place, on one
 // line for kSe3 and kSim3, above one another for kYaw).
-Expected<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source, std::span<const Eigen::Vector3d> target,
-                                  AlignmentKind kind, std::span<const double> weights = {});
+Expected<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
+                                  std::span<const Eigen::Vector3d> target, AlignmentKind kind,
+                                  std::span<const double> weights = {});
 
 }  // namespace mlvi

@@ -17,7 +17,8 @@ using Points = std::vector<Eigen::Vector3d>;
 Points RandomPoints(int n, double extent, RandomStream& random) {
   Points points;
   for (int i = 0; i < n; ++i) {
-    points.emplace_back(extent * random.Normal(), extent * random.Normal(), extent * random.Normal());
+    points.emplace_back(extent * random.Normal(), extent * random.Normal(),
+                        extent * random.Normal());
   }
   return points;
 }
@@ -28,7 +29,8 @@ Points Map(const Similarity3& S, const Points& points) {
   return mapped;
 }
 
-double Cost(const Similarity3& S, const Points& source, const Points& target, const std::vector<double>& weights) {
+double Cost(const Similarity3& S, const Points& source, const Points& target,
+            const std::vector<double>& weights) {
   double cost = 0.0;
   for (std::size_t i = 0; i < source.size(); ++i) {
     cost += (weights.empty() ? 1.0 : weights[i]) * (target[i] - S * source[i]).squaredNorm();
@@ -51,8 +53,8 @@ RC_GTEST_PROP(Alignment, RecoversWhatWasApplied, ()) {
   RC_ASSERT((se3->pose.matrix() - S.pose.matrix()).norm() < 1e-11);
 
   const double yaw = *testing::Real(-3.14, 3.14);
-  const Similarity3 turned{.scale = 1.0,
-                           .pose = Pose3(ExpSo3(yaw * Eigen::Vector3d::UnitZ()), S.pose.translation())};
+  const Similarity3 turned{
+      .scale = 1.0, .pose = Pose3(ExpSo3(yaw * Eigen::Vector3d::UnitZ()), S.pose.translation())};
   const auto found = AlignPoints(source, Map(turned, source), AlignmentKind::kYaw);
   RC_ASSERT(found.has_value());
   RC_ASSERT((found->pose.matrix() - turned.pose.matrix()).norm() < 1e-11);
@@ -69,7 +71,8 @@ TEST(Alignment, IsTheWeightedMinimum) {
       p += 0.5 * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
       weights.push_back(random.Uniform(0.0, 2.0));
     }
-    for (const AlignmentKind kind : {AlignmentKind::kSe3, AlignmentKind::kSim3, AlignmentKind::kYaw}) {
+    for (const AlignmentKind kind :
+         {AlignmentKind::kSe3, AlignmentKind::kSim3, AlignmentKind::kYaw}) {
       const Similarity3 best = AlignPoints(source, target, kind, weights).value();
       const double cost = Cost(best, source, target, weights);
       for (int i = 0; i < 100; ++i) {
@@ -77,7 +80,8 @@ TEST(Alignment, IsTheWeightedMinimum) {
         Eigen::Vector3d turn(random.Normal(), random.Normal(), random.Normal());
         if (kind == AlignmentKind::kYaw) turn.head<2>().setZero();
         const Eigen::Vector3d shift(random.Normal(), random.Normal(), random.Normal());
-        moved.pose = Pose3(ExpSo3(1e-3 * turn) * best.pose.rotation(), best.pose.translation() + 1e-3 * shift);
+        moved.pose = Pose3(ExpSo3(1e-3 * turn) * best.pose.rotation(),
+                           best.pose.translation() + 1e-3 * shift);
         if (kind == AlignmentKind::kSim3) moved.scale *= 1.0 + 1e-3 * random.Normal();
         ASSERT_GE(Cost(moved, source, target, weights), cost);
       }
@@ -119,7 +123,8 @@ TEST(Alignment, DegenerateInputsAreErrors) {
   EXPECT_FALSE(AlignPoints(column, column, AlignmentKind::kYaw));
   EXPECT_FALSE(AlignPoints({}, {}, AlignmentKind::kSe3));
   const Points same(5, Eigen::Vector3d(1, 2, 3));
-  for (const AlignmentKind kind : {AlignmentKind::kSe3, AlignmentKind::kSim3, AlignmentKind::kYaw}) {
+  for (const AlignmentKind kind :
+       {AlignmentKind::kSe3, AlignmentKind::kSim3, AlignmentKind::kYaw}) {
     EXPECT_FALSE(AlignPoints(same, same, kind));
     EXPECT_FALSE(AlignPoints(line, line, kind, std::vector<double>(10, 0.0)));
   }

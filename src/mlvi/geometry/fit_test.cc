@@ -15,13 +15,16 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
-Eigen::Vector3d NormalVector(RandomStream& random) { return {random.Normal(), random.Normal(), random.Normal()}; }
+Eigen::Vector3d NormalVector(RandomStream& random) {
+  return {random.Normal(), random.Normal(), random.Normal()};
+}
 
 // Points with the given standard deviations along the columns of R, around the centre.
-Points Patch(int n, const Eigen::Matrix3d& R, const Eigen::Vector3d& sigma, const Eigen::Vector3d& centre,
-             RandomStream& random) {
+Points Patch(int n, const Eigen::Matrix3d& R, const Eigen::Vector3d& sigma,
+             const Eigen::Vector3d& centre, RandomStream& random) {
   Points points;
-  for (int i = 0; i < n; ++i) points.emplace_back(centre + R * sigma.cwiseProduct(NormalVector(random)));
+  for (int i = 0; i < n; ++i)
+    points.emplace_back(centre + R * sigma.cwiseProduct(NormalVector(random)));
   return points;
 }
 
@@ -29,7 +32,8 @@ TEST(SymmetricEigen, AgreesWithTheIterativeSolver) {
   RandomStream random(1);
   for (int trial = 0; trial < 20'000; ++trial) {
     // Spreads from equal axes to 1 : 1e4, as neighbourhoods in point clouds have them.
-    const Eigen::Vector3d sigma(std::pow(10.0, random.Uniform(-4.0, 0.0)), std::pow(10.0, random.Uniform(-2.0, 0.0)), 1.0);
+    const Eigen::Vector3d sigma(std::pow(10.0, random.Uniform(-4.0, 0.0)),
+                                std::pow(10.0, random.Uniform(-2.0, 0.0)), 1.0);
     const Eigen::Matrix3d R = ExpSo3(NormalVector(random)).toRotationMatrix();
     const Eigen::Matrix3d C = R * sigma.cwiseAbs2().asDiagonal() * R.transpose();
     const SymmetricEigen3 eigen = EigenOfSymmetric(C);
@@ -38,7 +42,8 @@ TEST(SymmetricEigen, AgreesWithTheIterativeSolver) {
     ASSERT_LT((eigen.values - oracle.eigenvalues()).cwiseAbs().maxCoeff(), 1e-13 * scale);
     ASSERT_LE(eigen.values[0], eigen.values[1]);
     ASSERT_LE(eigen.values[1], eigen.values[2]);
-    ASSERT_LT((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix3d::Identity()).norm(), 1e-10);
+    ASSERT_LT((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix3d::Identity()).norm(),
+              1e-10);
     // An eigenvector is as good as its distance to the next eigenvalue: C v = l v up to sqrt(eps) of the gap's square.
     ASSERT_LT((C * eigen.vectors - eigen.vectors * eigen.values.asDiagonal()).norm(), 1e-7 * scale);
     const double gap = (oracle.eigenvalues()[1] - oracle.eigenvalues()[0]) / scale;
@@ -50,24 +55,28 @@ TEST(SymmetricEigen, AgreesWithTheIterativeSolver) {
 }
 
 TEST(SymmetricEigen, EqualValuesStayOrthonormal) {
-  for (const Eigen::Vector3d& values : {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 1, 2),
-                                        Eigen::Vector3d(1, 2, 2), Eigen::Vector3d(0, 0, 1)}) {
+  for (const Eigen::Vector3d& values :
+       {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 1, 2),
+        Eigen::Vector3d(1, 2, 2), Eigen::Vector3d(0, 0, 1)}) {
     const Eigen::Matrix3d R = ExpSo3({0.3, 1.0, -0.7}).toRotationMatrix();
     const Eigen::Matrix3d C = R * values.asDiagonal() * R.transpose();
     const SymmetricEigen3 eigen = EigenOfSymmetric(C);
     EXPECT_LT((eigen.values - values).norm(), 1e-12);
-    EXPECT_LT((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix3d::Identity()).norm(), 1e-7);
+    EXPECT_LT((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix3d::Identity()).norm(),
+              1e-7);
   }
 }
 
 TEST(PointMoments, EqualTheTwoPassFormulasFarFromTheOrigin) {
   RandomStream random(2);
   const Eigen::Vector3d centre(3000.0, -2000.0, 500.0);
-  const Points points = Patch(50, Eigen::Matrix3d::Identity(), {0.001, 0.002, 0.003}, centre, random);
+  const Points points =
+      Patch(50, Eigen::Matrix3d::Identity(), {0.001, 0.002, 0.003}, centre, random);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& p : points) mean += (p - centre) / 50.0;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const auto& p : points) covariance += (p - centre - mean) * (p - centre - mean).transpose() / 50.0;
+  for (const auto& p : points)
+    covariance += (p - centre - mean) * (p - centre - mean).transpose() / 50.0;
   PointMoments all, first, second;
   for (std::size_t i = 0; i < points.size(); ++i) {
     all.Add(points[i]);

@@ -22,8 +22,8 @@ inline rc::Gen<double> Real(double low, double high) {
 }
 
 inline rc::Gen<Eigen::Vector3d> Vector(double bound) {
-  return rc::gen::apply([](double x, double y, double z) { return Eigen::Vector3d(x, y, z); }, Real(-bound, bound),
-                        Real(-bound, bound), Real(-bound, bound));
+  return rc::gen::apply([](double x, double y, double z) { return Eigen::Vector3d(x, y, z); },
+                        Real(-bound, bound), Real(-bound, bound), Real(-bound, bound));
 }
 
 inline rc::Gen<Eigen::Vector3d> UnitVector() {
@@ -45,8 +45,9 @@ inline rc::Gen<Eigen::Vector3d> RotationVector(double max_angle) {
                                                      {3, tiny},
                                                      {3, near_bound},
                                                      {6, Real(0.0, max_angle)}});
-  return rc::gen::apply([](double a, const Eigen::Vector3d& axis) { return Eigen::Vector3d(a * axis); }, angle,
-                        UnitVector());
+  return rc::gen::apply(
+      [](double a, const Eigen::Vector3d& axis) { return Eigen::Vector3d(a * axis); }, angle,
+      UnitVector());
 }
 
 inline rc::Gen<Eigen::Quaterniond> AnyRotation() {
@@ -59,8 +60,9 @@ inline rc::Gen<Eigen::Quaterniond> AnyRotation() {
 }
 
 inline rc::Gen<Pose3> AnyPose(double bound) {
-  return rc::gen::apply([](const Eigen::Quaterniond& q, const Eigen::Vector3d& t) { return Pose3(q, t); },
-                        AnyRotation(), Vector(bound));
+  return rc::gen::apply(
+      [](const Eigen::Quaterniond& q, const Eigen::Vector3d& t) { return Pose3(q, t); },
+      AnyRotation(), Vector(bound));
 }
 
 // [translation within bound; rotation up to max_angle].

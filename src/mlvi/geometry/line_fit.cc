@@ -17,7 +17,9 @@ std::optional<LineFit> FitLine(const PointMoments& moments) {
   const SymmetricEigen3 eigen = EigenOfSymmetric(moments.covariance());
   const double gap = eigen.values[2] - eigen.values[1];
   if (!(eigen.values[2] > 0.0) || gap <= kGapTolerance * eigen.values[2]) return std::nullopt;
-  return LineFit{.centroid = moments.centroid(), .direction = eigen.vectors.col(2), .eigenvalues = eigen.values};
+  return LineFit{.centroid = moments.centroid(),
+                 .direction = eigen.vectors.col(2),
+                 .eigenvalues = eigen.values};
 }
 
 std::optional<LineFit> FitLine(std::span<const Eigen::Vector3d> points) {

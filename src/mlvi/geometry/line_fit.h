@@ -14,10 +14,13 @@ namespace mlvi {
 // The line centroid + t direction that minimises the squared distances.
 struct LineFit {
   Eigen::Vector3d centroid;
-  Eigen::Vector3d direction;    // unit; its sign is arbitrary
-  Eigen::Vector3d eigenvalues;  // rising, m^2; the first two sum to the mean squared distance of the points to the line
+  Eigen::Vector3d direction;  // unit; its sign is arbitrary
+  Eigen::Vector3d
+      eigenvalues;  // rising, m^2; the first two sum to the mean squared distance of the points to the line
 
-  double Distance(const Eigen::Vector3d& point) const { return direction.cross(point - centroid).norm(); }
+  double Distance(const Eigen::Vector3d& point) const {
+    return direction.cross(point - centroid).norm();
+  }
   double linearity() const { return Linearity(eigenvalues); }
 };
 

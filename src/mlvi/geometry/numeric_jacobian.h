@@ -21,7 +21,8 @@ Eigen::MatrixXd NumericJacobian(const Function& f, const Vector& x, double step 
       moved[i] += offset;
       return f(moved);
     };
-    jacobian.col(i) = (8.0 * (at(step) - at(-step)) - (at(2.0 * step) - at(-2.0 * step))) / (12.0 * step);
+    jacobian.col(i) =
+        (8.0 * (at(step) - at(-step)) - (at(2.0 * step) - at(-2.0 * step))) / (12.0 * step);
   }
   return jacobian;
 }

@@ -16,7 +16,8 @@ std::optional<PlaneFit> FitPlane(const PointMoments& moments) {
   if (moments.count() < 3) return std::nullopt;
   const SymmetricEigen3 eigen = EigenOfSymmetric(moments.covariance());
   if (!(eigen.values[1] > kRankTolerance * eigen.values[2])) return std::nullopt;
-  return PlaneFit{.centroid = moments.centroid(), .normal = eigen.vectors.col(0), .eigenvalues = eigen.values};
+  return PlaneFit{
+      .centroid = moments.centroid(), .normal = eigen.vectors.col(0), .eigenvalues = eigen.values};
 }
 
 std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points) {

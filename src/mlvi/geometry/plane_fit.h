@@ -13,8 +13,9 @@ namespace mlvi {
 // The plane normal . (p - centroid) = 0 that minimises the squared distances.
 struct PlaneFit {
   Eigen::Vector3d centroid;
-  Eigen::Vector3d normal;       // unit; its sign is arbitrary
-  Eigen::Vector3d eigenvalues;  // rising, m^2; the first is the mean squared distance of the points to the plane
+  Eigen::Vector3d normal;  // unit; its sign is arbitrary
+  Eigen::Vector3d
+      eigenvalues;  // rising, m^2; the first is the mean squared distance of the points to the plane
 
   double SignedDistance(const Eigen::Vector3d& point) const { return normal.dot(point - centroid); }
   double planarity() const { return Planarity(eigenvalues); }

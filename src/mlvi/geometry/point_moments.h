@@ -33,7 +33,9 @@ class PointMoments {
 
   int count() const { return count_; }
   // The mean; zero when there is no point.
-  Eigen::Vector3d centroid() const { return count_ > 0 ? Eigen::Vector3d(origin_ + sum_ / count_) : origin_; }
+  Eigen::Vector3d centroid() const {
+    return count_ > 0 ? Eigen::Vector3d(origin_ + sum_ / count_) : origin_;
+  }
   // Mean squared deviation (division by n), m^2; zero when there is no point.
   Eigen::Matrix3d covariance() const {
     if (count_ == 0) return outer_;
@@ -49,8 +51,12 @@ class PointMoments {
 };
 
 // Shape of a neighbourhood by its eigenvalues l0 <= l1 <= l2 (Weinmann et al. 2015); the three measures sum to 1.
-inline double Linearity(const Eigen::Vector3d& rising) { return (rising[2] - rising[1]) / rising[2]; }
-inline double Planarity(const Eigen::Vector3d& rising) { return (rising[1] - rising[0]) / rising[2]; }
+inline double Linearity(const Eigen::Vector3d& rising) {
+  return (rising[2] - rising[1]) / rising[2];
+}
+inline double Planarity(const Eigen::Vector3d& rising) {
+  return (rising[1] - rising[0]) / rising[2];
+}
 inline double Scattering(const Eigen::Vector3d& rising) { return rising[0] / rising[2]; }
 
 }  // namespace mlvi

@@ -71,8 +71,9 @@ RC_GTEST_PROP(Pose3, AdjointMovesTheExponential, ()) {
 RC_GTEST_PROP(Pose3, RightJacobianIsTheDerivative, ()) {
   const Vector6d xi = *Twist(5.0, 1.9 * kPi);
   const Pose3 inverse = ExpSe3(xi).inverse();
-  const Eigen::MatrixXd numeric = NumericJacobian(
-      [&](const Vector6d& d) { return LogSe3(inverse * ExpSe3(xi + d)); }, Vector6d(Vector6d::Zero()));
+  const Eigen::MatrixXd numeric =
+      NumericJacobian([&](const Vector6d& d) { return LogSe3(inverse * ExpSe3(xi + d)); },
+                      Vector6d(Vector6d::Zero()));
   RC_ASSERT((RightJacobianSe3(xi) - numeric).norm() < 1e-9);
 }
 
@@ -89,8 +90,9 @@ TEST(Pose3, RightJacobianAcrossTheSeriesLimit) {
     Vector6d xi;
     xi << 3.0, -2.0, 4.0, angle * Eigen::Vector3d(0.6, -0.48, 0.64);
     const Pose3 inverse = ExpSe3(xi).inverse();
-    const Eigen::MatrixXd numeric = NumericJacobian(
-        [&](const Vector6d& d) { return LogSe3(inverse * ExpSe3(xi + d)); }, Vector6d(Vector6d::Zero()));
+    const Eigen::MatrixXd numeric =
+        NumericJacobian([&](const Vector6d& d) { return LogSe3(inverse * ExpSe3(xi + d)); },
+                        Vector6d(Vector6d::Zero()));
     EXPECT_LT((RightJacobianSe3(xi) - numeric).norm(), 1e-10) << angle;
   }
 }

@@ -25,7 +25,8 @@ TYPED_TEST(RobustKernelLaws, WeightIsTheDerivativeOfTheCost) {
   for (const double scale : {0.5, 1.0, 3.0}) {
     const TypeParam kernel{.scale = scale};
     for (double s = 1e-3; s < 1e4; s *= 1.37) {
-      if (std::abs(s - scale * scale) < 1e-2 * s) continue;  // Huber's second derivative jumps there
+      if (std::abs(s - scale * scale) < 1e-2 * s)
+        continue;  // Huber's second derivative jumps there
       const double h = 1e-4 * s;
       const double slope = (kernel.Cost(s + h) - kernel.Cost(s - h)) / (2.0 * h);
       EXPECT_NEAR(kernel.Weight(s) / slope, 1.0, 1e-6) << "s " << s << " scale " << scale;

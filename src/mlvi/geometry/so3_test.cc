@@ -45,7 +45,8 @@ RC_GTEST_PROP(So3, ExpOfLogIsTheRotation, ()) {
 }
 
 TEST(So3, LogAtPi) {
-  for (const Eigen::Vector3d& axis : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(0.6, 0, 0.8)}) {
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(0.6, 0, 0.8)}) {
     const Eigen::Vector3d w = LogSo3(Eigen::Quaterniond(0.0, axis.x(), axis.y(), axis.z()));
     EXPECT_NEAR(w.norm(), kPi, 1e-15);
     EXPECT_NEAR(std::abs(w.normalized().dot(axis)), 1.0, 1e-15);
@@ -65,7 +66,8 @@ RC_GTEST_PROP(So3, RightJacobianInverseInverts, ()) {
   const Eigen::Vector3d w = *RotationVector(1.9 * kPi);
   const Eigen::Matrix3d product = RightJacobianSo3(w) * RightJacobianInverseSo3(w);
   // The inverse grows towards 2 pi.
-  RC_ASSERT((product - Eigen::Matrix3d::Identity()).norm() < 1e-13 * RightJacobianInverseSo3(w).norm() * 10.0);
+  RC_ASSERT((product - Eigen::Matrix3d::Identity()).norm() <
+            1e-13 * RightJacobianInverseSo3(w).norm() * 10.0);
 }
 
 // Both sides of the angle at which the closed forms take over from the series.
@@ -74,8 +76,10 @@ TEST(So3, JacobiansAreSmoothAcrossTheSeriesLimit) {
   for (double angle : {0.0, 1e-12, 1e-6, 0.9e-4, 0.999999e-4, 1.000001e-4, 1.1e-4, 1e-3}) {
     const Eigen::Vector3d w = angle * axis;
     const Eigen::Matrix3d hat = Hat(w);
-    const Eigen::Matrix3d series = Eigen::Matrix3d::Identity() - hat / 2.0 + hat * hat / 6.0 - hat * hat * hat / 24.0;
-    const Eigen::Matrix3d inverse_series = Eigen::Matrix3d::Identity() + hat / 2.0 + hat * hat / 12.0;
+    const Eigen::Matrix3d series =
+        Eigen::Matrix3d::Identity() - hat / 2.0 + hat * hat / 6.0 - hat * hat * hat / 24.0;
+    const Eigen::Matrix3d inverse_series =
+        Eigen::Matrix3d::Identity() + hat / 2.0 + hat * hat / 12.0;
     EXPECT_LT((RightJacobianSo3(w) - series).norm(), 1e-13) << angle;
     EXPECT_LT((RightJacobianInverseSo3(w) - inverse_series).norm(), 1e-13) << angle;
   }

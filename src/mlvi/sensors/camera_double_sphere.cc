@@ -32,8 +32,8 @@ DoubleSphereCamera::DoubleSphereCamera(int width, int height, const Eigen::Vecto
   set_max_angle(std::acos(std::clamp(cosine, -1.0, 1.0)));
 }
 
-bool DoubleSphereCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m, PointJacobian* d_point,
-                                 ParameterJacobian* d_shape) const {
+bool DoubleSphereCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m,
+                                 PointJacobian* d_point, ParameterJacobian* d_shape) const {
   const double d1 = point.norm();
   const double z2 = xi_ * d1 + point.z();
   const double d2 = std::sqrt(point.head<2>().squaredNorm() + z2 * z2);
@@ -44,7 +44,8 @@ bool DoubleSphereCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& 
   if (!(denominator > 0.0) || m.norm() > kLargestRadius) return false;
   if (d_point != nullptr) {
     const Eigen::RowVector3d d_z2 = xi_ / d1 * point.transpose() + Eigen::RowVector3d::UnitZ();
-    const Eigen::RowVector3d d_d2 = (Eigen::RowVector3d(point.x(), point.y(), 0.0) + z2 * d_z2) / d2;
+    const Eigen::RowVector3d d_d2 =
+        (Eigen::RowVector3d(point.x(), point.y(), 0.0) + z2 * d_z2) / d2;
     *d_point = -m / denominator * (alpha_ * d_d2 + (1.0 - alpha_) * d_z2);
     d_point->leftCols<2>() += Eigen::Matrix2d::Identity() / denominator;
   }

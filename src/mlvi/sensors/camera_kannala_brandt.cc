@@ -39,8 +39,8 @@ double KannalaBrandtCamera::RadiusDerivative(double theta) const {
   return 1.0 + t2 * (3.0 * k_[0] + t2 * (5.0 * k_[1] + t2 * (7.0 * k_[2] + t2 * 9.0 * k_[3])));
 }
 
-bool KannalaBrandtCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m, PointJacobian* d_point,
-                                  ParameterJacobian* d_shape) const {
+bool KannalaBrandtCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m,
+                                  PointJacobian* d_point, ParameterJacobian* d_shape) const {
   const double x = point.x(), y = point.y(), z = point.z();
   const double rho = std::hypot(x, y);
   if (rho < kParaxial * z) {

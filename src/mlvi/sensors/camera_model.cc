@@ -26,7 +26,8 @@ struct ModelCase {
   std::string name;
   std::vector<std::string> intrinsics;
   std::vector<std::string> distortion;
-  std::size_t optional_distortion;  // how many of the last distortion values may be absent, standing for zero
+  std::size_t
+      optional_distortion;  // how many of the last distortion values may be absent, standing for zero
   std::function<Result(int, int, const Eigen::VectorXd&)> make;  // parameters: fx fy cx cy shape
 };
 
@@ -42,7 +43,11 @@ std::vector<ModelCase> ModelCases() {
   const std::vector<std::string> radtan = {"k1", "k2", "p1", "p2"};
   const std::vector<std::string> radtan5 = {"k1", "k2", "p1", "p2", "k3"};
   return {
-      {"equidistant", {"fx", "fy", "cx", "cy"}, {"k1", "k2", "k3", "k4"}, 0, Make<KannalaBrandtCamera>},
+      {"equidistant",
+       {"fx", "fy", "cx", "cy"},
+       {"k1", "k2", "k3", "k4"},
+       0,
+       Make<KannalaBrandtCamera>},
       {"mei", {"xi", "fx", "fy", "cx", "cy"}, radtan, 0, Make<MeiCamera>},
       {"double_sphere", {"xi", "alpha", "fx", "fy", "cx", "cy"}, {}, 0, Make<DoubleSphereCamera>},
       {"pinhole_radtan", {"fx", "fy", "cx", "cy"}, radtan5, 1, Make<PinholeRadtanCamera>},
@@ -53,7 +58,8 @@ bool AllFinite(const Values& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-Expected<void> CheckCounts(const ModelCase& model, const Values& intrinsics, const Values& distortion) {
+Expected<void> CheckCounts(const ModelCase& model, const Values& intrinsics,
+                           const Values& distortion) {
   if (intrinsics.size() != model.intrinsics.size()) {
     return MakeError(kKind, "camera model {}: {} intrinsics given, expected {} ({})", model.name,
                      intrinsics.size(), model.intrinsics.size(), fmt::join(model.intrinsics, ", "));
@@ -64,17 +70,20 @@ Expected<void> CheckCounts(const ModelCase& model, const Values& intrinsics, con
                      model.name, distortion.size(), most, fmt::join(model.distortion, ", "));
   }
   if (!AllFinite(intrinsics) || !AllFinite(distortion)) {
-    return MakeError(kKind, "camera model {}: a value is not finite: intrinsics [{}], distortion [{}]",
+    return MakeError(kKind,
+                     "camera model {}: a value is not finite: intrinsics [{}], distortion [{}]",
                      model.name, fmt::join(intrinsics, ", "), fmt::join(distortion, ", "));
   }
   return {};
 }
 
 // Calibration files put the parameters of the projection before fx; the models want fx fy cx cy first.
-Eigen::VectorXd ToParameters(const ModelCase& model, const Values& intrinsics, const Values& distortion) {
+Eigen::VectorXd ToParameters(const ModelCase& model, const Values& intrinsics,
+                             const Values& distortion) {
   const std::size_t lead = intrinsics.size() - 4;
   Values sorted(intrinsics.begin() + static_cast<std::ptrdiff_t>(lead), intrinsics.end());
-  sorted.insert(sorted.end(), intrinsics.begin(), intrinsics.begin() + static_cast<std::ptrdiff_t>(lead));
+  sorted.insert(sorted.end(), intrinsics.begin(),
+                intrinsics.begin() + static_cast<std::ptrdiff_t>(lead));
   sorted.insert(sorted.end(), distortion.begin(), distortion.end());
   sorted.resize(model.intrinsics.size() + model.distortion.size(), 0.0);
   return Eigen::Map<Eigen::VectorXd>(sorted.data(), static_cast<Eigen::Index>(sorted.size()));
@@ -82,7 +91,8 @@ Eigen::VectorXd ToParameters(const ModelCase& model, const Values& intrinsics, c
 
 Expected<void> CheckImage(const ModelCase& model, int width, int height, const Eigen::VectorXd& p) {
   if (width <= 0 || height <= 0) {
-    return MakeError(kKind, "camera model {}: image size {} x {}: must be positive", model.name, width, height);
+    return MakeError(kKind, "camera model {}: image size {} x {}: must be positive", model.name,
+                     width, height);
   }
   if (p[0] <= 0.0 || p[1] <= 0.0) {
     return MakeError(kKind, "camera model {}: focal lengths fx = {}, fy = {} px: must be positive",
@@ -100,7 +110,8 @@ std::vector<std::string> CameraModel::parameter_names() const {
   return names;
 }
 
-std::optional<Eigen::Vector2d> CameraModel::Project(const Eigen::Vector3d& point, PointJacobian* d_point,
+std::optional<Eigen::Vector2d> CameraModel::Project(const Eigen::Vector3d& point,
+                                                    PointJacobian* d_point,
                                                     ParameterJacobian* d_parameters) const {
   Eigen::Vector2d m;
   ParameterJacobian d_shape;
@@ -124,8 +135,7 @@ std::optional<Eigen::Vector2d> CameraModel::Project(const Eigen::Vector3d& point
 std::optional<Eigen::Vector3d> CameraModel::Unproject(const Eigen::Vector2d& pixel,
                                                       PixelJacobian* d_pixel) const {
   Eigen::Vector3d bearing;
-  const Eigen::Vector2d m =
-      (pixel - principal_point()).array() / parameters_.head<2>().array();
+  const Eigen::Vector2d m = (pixel - principal_point()).array() / parameters_.head<2>().array();
   if (!m.allFinite() || !Lift(m, bearing)) return std::nullopt;
   if (d_pixel != nullptr) {
     // Project has the inverse function's Jacobian J (2x3) with J bearing = 0, as it does not depend on the length. On
@@ -137,9 +147,9 @@ std::optional<Eigen::Vector3d> CameraModel::Unproject(const Eigen::Vector2d& pix
   return bearing;
 }
 
-Expected<std::shared_ptr<const CameraModel>> MakeCameraModel(std::string_view name, int width, int height,
-                                                             const std::vector<double>& intrinsics,
-                                                             const std::vector<double>& distortion) {
+Expected<std::shared_ptr<const CameraModel>> MakeCameraModel(
+    std::string_view name, int width, int height, const std::vector<double>& intrinsics,
+    const std::vector<double>& distortion) {
   for (const ModelCase& model : ModelCases()) {
     if (model.name != name) continue;
     if (auto valid = CheckCounts(model, intrinsics, distortion); !valid) {

@@ -26,9 +26,10 @@ namespace mlvi {
 class CameraModel {
  public:
   static constexpr int kMaxParameters = 12;
-  using PointJacobian = Eigen::Matrix<double, 2, 3>;    // d pixel / d point, px/m
-  using PixelJacobian = Eigen::Matrix<double, 3, 2>;    // d bearing / d pixel, 1/px
-  using ParameterJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxParameters>;
+  using PointJacobian = Eigen::Matrix<double, 2, 3>;  // d pixel / d point, px/m
+  using PixelJacobian = Eigen::Matrix<double, 3, 2>;  // d bearing / d pixel, 1/px
+  using ParameterJacobian =
+      Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxParameters>;
 
   virtual ~CameraModel() = default;
   CameraModel(const CameraModel&) = delete;
@@ -48,7 +49,8 @@ class CameraModel {
 
   // The pixel of a point or bearing (any length > 0) of the camera frame; empty outside of the valid domain. The pixel
   // may lie outside of the image (see InImage). Jacobians are written only for a valid point.
-  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point, PointJacobian* d_point = nullptr,
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point,
+                                         PointJacobian* d_point = nullptr,
                                          ParameterJacobian* d_parameters = nullptr) const;
   // The unit bearing of a pixel, inside the image or not; empty when no bearing of the valid domain projects to it. The
   // Jacobian is tangent to the unit sphere: bearing^T d_pixel = 0. At the limit of a domain where the projection turns
@@ -93,7 +95,8 @@ class CameraModel {
 //   "double_sphere"   xi alpha fx fy cx cy           none
 //   "pinhole_radtan"  fx fy cx cy                    k1 k2 p1 p2 [k3]            OpenCV pinhole
 // `width`, `height` in px. Errors (kConfiguration) name the model, the field and what was expected.
-Expected<std::shared_ptr<const CameraModel>> MakeCameraModel(std::string_view name, int width, int height,
+Expected<std::shared_ptr<const CameraModel>> MakeCameraModel(std::string_view name, int width,
+                                                             int height,
                                                              const std::vector<double>& intrinsics,
                                                              const std::vector<double>& distortion);
 

@@ -27,7 +27,8 @@ std::shared_ptr<const CameraModel> Make(const TestCalibration& c) {
 }
 
 // The same model with other parameters (fx fy cx cy shape).
-std::shared_ptr<const CameraModel> WithParameters(const TestCalibration& c, const Eigen::VectorXd& p) {
+std::shared_ptr<const CameraModel> WithParameters(const TestCalibration& c,
+                                                  const Eigen::VectorXd& p) {
   const auto lead = static_cast<Eigen::Index>(c.intrinsics.size()) - 4;
   TestCalibration moved = c;
   moved.intrinsics.clear();
@@ -89,13 +90,15 @@ TEST_P(CameraLaws, EveryBearingReturnsToItself) {
     const Eigen::Vector3d bearing = Bearing(theta, random.Uniform(0.0, 2.0 * std::numbers::pi));
     const auto pixel = camera_->Project(random.Uniform(0.1, 50.0) * bearing);
     const double resolution = Resolution(*camera_, bearing);
-    if (!pixel || resolution < 1e-3) continue;  // tangential distortion narrows the domain; see InvalidDomain
+    if (!pixel || resolution < 1e-3)
+      continue;  // tangential distortion narrows the domain; see InvalidDomain
     ++valid;
     const auto back = camera_->Unproject(*pixel);
     ASSERT_TRUE(back) << theta;
     // A pixel is exact to about 1e-12 of its value; the lens turns that into an angle.
     const double tolerance = 1e-12 * (10.0 + pixel->norm()) / resolution + 1e-14;
-    ASSERT_LT((*back - bearing).norm(), tolerance) << "theta " << theta << " of " << camera_->max_angle();
+    ASSERT_LT((*back - bearing).norm(), tolerance)
+        << "theta " << theta << " of " << camera_->max_angle();
   }
   EXPECT_GT(valid, 4500);
 }
@@ -103,7 +106,8 @@ TEST_P(CameraLaws, EveryBearingReturnsToItself) {
 TEST_P(CameraLaws, ProjectionDoesNotDependOnDistance) {
   RandomStream random(2, GetParam().label);
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Vector3d bearing = Bearing(0.95 * camera_->max_angle() * random.Uniform(), random.Uniform(0.0, 6.0));
+    const Eigen::Vector3d bearing =
+        Bearing(0.95 * camera_->max_angle() * random.Uniform(), random.Uniform(0.0, 6.0));
     const auto near = camera_->Project(0.01 * bearing), far = camera_->Project(1e4 * bearing);
     ASSERT_EQ(near.has_value(), far.has_value());
     if (!near) continue;
@@ -118,14 +122,16 @@ TEST_P(CameraLaws, PointJacobianIsTheDerivative) {
     // The axis itself, its near surroundings, and the rest up to the edge of the field of view.
     const double spread = i % 3 == 0 ? 1e-6 : 0.97;
     const double theta = i == 0 ? 0.0 : spread * camera_->max_angle() * random.Uniform();
-    const Eigen::Vector3d point = random.Uniform(0.5, 5.0) * Bearing(theta, random.Uniform(0.0, 6.28));
+    const Eigen::Vector3d point =
+        random.Uniform(0.5, 5.0) * Bearing(theta, random.Uniform(0.0, 6.28));
     CameraModel::PointJacobian analytic;
     const auto pixel = camera_->Project(point, &analytic);
     if (!pixel || pixel->norm() > 1e4) continue;
     // Second and higher derivatives grow with the magnification: keep the step small against the distance to the limit.
     const double step = 1e-3 * point.norm() * std::min(1.0, camera_->max_angle() - theta);
     const Eigen::MatrixXd numeric = NumericJacobian(
-        [&](const Eigen::Vector3d& p) { return Eigen::Vector2d(camera_->Project(p).value()); }, point, step);
+        [&](const Eigen::Vector3d& p) { return Eigen::Vector2d(camera_->Project(p).value()); },
+        point, step);
     ASSERT_LT((analytic - numeric).norm(), 1e-6 * (1.0 + numeric.norm())) << "theta " << theta;
     ++compared;
   }
@@ -140,7 +146,8 @@ TEST_P(CameraLaws, ParameterJacobianIsTheDerivative) {
   int compared = 0;
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d point =
-        2.0 * Bearing(0.8 * std::min(camera_->max_angle(), 1.8) * random.Uniform(), random.Uniform(0.0, 6.28));
+        2.0 * Bearing(0.8 * std::min(camera_->max_angle(), 1.8) * random.Uniform(),
+                      random.Uniform(0.0, 6.28));
     CameraModel::ParameterJacobian analytic;
     if (!camera_->Project(point, nullptr, &analytic)) continue;
     const Eigen::MatrixXd numeric = NumericJacobian(
@@ -158,14 +165,16 @@ TEST_P(CameraLaws, PixelJacobianIsTheDerivativeAndTangent) {
   RandomStream random(5, GetParam().label);
   int compared = 0;
   for (int i = 0; i < 300; ++i) {
-    const Eigen::Vector2d pixel(random.Uniform(0.0, camera_->width() - 1.0), random.Uniform(0.0, camera_->height() - 1.0));
+    const Eigen::Vector2d pixel(random.Uniform(0.0, camera_->width() - 1.0),
+                                random.Uniform(0.0, camera_->height() - 1.0));
     CameraModel::PixelJacobian analytic;
     const auto bearing = camera_->Unproject(pixel, &analytic);
     // Where the lens turns over, derivatives have no bound and differences no meaning.
     if (!bearing || Resolution(*camera_, *bearing) < 0.2 * camera_->parameters()[0]) continue;
     ASSERT_LT((bearing->transpose() * analytic).norm(), 1e-12);
     const Eigen::MatrixXd numeric = NumericJacobian(
-        [&](const Eigen::Vector2d& p) { return Eigen::Vector3d(camera_->Unproject(p).value()); }, pixel, 0.05);
+        [&](const Eigen::Vector2d& p) { return Eigen::Vector3d(camera_->Unproject(p).value()); },
+        pixel, 0.05);
     ASSERT_LT((analytic - numeric).norm(), 1e-6 * numeric.norm()) << pixel.transpose();
     ++compared;
   }
@@ -201,7 +210,8 @@ TEST_P(CameraLaws, AnglesGrowOutwards) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(RealCalibrations, CameraLaws, ::testing::ValuesIn(testing::AllCalibrations()),
+INSTANTIATE_TEST_SUITE_P(RealCalibrations, CameraLaws,
+                         ::testing::ValuesIn(testing::AllCalibrations()),
                          [](const auto& c) { return c.param.label; });
 
 TEST(KannalaBrandt, LimitsOfRealCalibrations) {
@@ -218,17 +228,22 @@ TEST(KannalaBrandt, LimitsOfRealCalibrations) {
   for (int i = 0; i < 5; ++i) {
     EXPECT_NEAR(find("hilti_cam" + std::to_string(i))->max_angle() / kDegree, hilti[i], 0.06) << i;
   }
-  for (const TestCalibration& c : testing::NewerCollegeCalibrations()) EXPECT_GT(Make(c)->max_angle(), 98.0 * kDegree);
+  for (const TestCalibration& c : testing::NewerCollegeCalibrations())
+    EXPECT_GT(Make(c)->max_angle(), 98.0 * kDegree);
   // 585.8 px by the mean focal length: the last pixel that has a bearing.
   const auto fifth = find("m2dgr_fifth_backleft");
   const double limit = 585.8 / 539.27;
   const double fx = fifth->parameters()[0];
-  EXPECT_TRUE(fifth->Unproject(fifth->principal_point() + Eigen::Vector2d(fx * (limit - 2e-3), 0.0)));
-  EXPECT_FALSE(fifth->Unproject(fifth->principal_point() + Eigen::Vector2d(fx * (limit + 2e-3), 0.0)));
+  EXPECT_TRUE(
+      fifth->Unproject(fifth->principal_point() + Eigen::Vector2d(fx * (limit - 2e-3), 0.0)));
+  EXPECT_FALSE(
+      fifth->Unproject(fifth->principal_point() + Eigen::Vector2d(fx * (limit + 2e-3), 0.0)));
 }
 
 TEST(KannalaBrandt, SeesBehindItself) {
-  const auto camera = MakeCameraModel("equidistant", 1000, 1000, {200.0, 200.0, 500.0, 500.0}, {0, 0, 0, 0}).value();
+  const auto camera =
+      MakeCameraModel("equidistant", 1000, 1000, {200.0, 200.0, 500.0, 500.0}, {0, 0, 0, 0})
+          .value();
   const auto pixel = camera->Project(Bearing(110.0 * kDegree, 0.5));
   ASSERT_TRUE(pixel);
   EXPECT_NEAR((*pixel - camera->principal_point()).norm(), 200.0 * 110.0 * kDegree, 1e-9);
@@ -236,9 +251,12 @@ TEST(KannalaBrandt, SeesBehindItself) {
 
 // With xi = 0 and no distortion the sphere model is the pinhole; with xi = alpha = 0 so is the double sphere.
 TEST(CameraModel, SphereModelsContainThePinhole) {
-  const auto pinhole = MakeCameraModel("pinhole_radtan", 640, 480, {400, 410, 320, 240}, {0, 0, 0, 0}).value();
-  const auto mei = MakeCameraModel("mei", 640, 480, {0.0, 400, 410, 320, 240}, {0, 0, 0, 0}).value();
-  const auto ds = MakeCameraModel("double_sphere", 640, 480, {0.0, 0.0, 400, 410, 320, 240}, {}).value();
+  const auto pinhole =
+      MakeCameraModel("pinhole_radtan", 640, 480, {400, 410, 320, 240}, {0, 0, 0, 0}).value();
+  const auto mei =
+      MakeCameraModel("mei", 640, 480, {0.0, 400, 410, 320, 240}, {0, 0, 0, 0}).value();
+  const auto ds =
+      MakeCameraModel("double_sphere", 640, 480, {0.0, 0.0, 400, 410, 320, 240}, {}).value();
   for (double theta = 0.0; theta < 1.2; theta += 0.1) {
     const Eigen::Vector2d expected = pinhole->Project(Bearing(theta, 1.0)).value();
     EXPECT_LT((mei->Project(Bearing(theta, 1.0)).value() - expected).norm(), 1e-10);
@@ -249,11 +267,13 @@ TEST(CameraModel, SphereModelsContainThePinhole) {
 TEST(CameraModel, ErrorsNameWhatIsWrong) {
   const auto message = [](auto&&... args) { return MakeCameraModel(args...).error().message; };
   const std::vector<double> k = {400, 400, 320, 240}, d = {0, 0, 0, 0};
-  EXPECT_THAT(message("equidistent", 640, 480, k, d), ::testing::HasSubstr("did you mean 'equidistant'"));
+  EXPECT_THAT(message("equidistent", 640, 480, k, d),
+              ::testing::HasSubstr("did you mean 'equidistant'"));
   EXPECT_THAT(message("equidistant", 640, 480, std::vector<double>{400, 320, 240}, d),
               ::testing::HasSubstr("3 intrinsics given, expected 4 (fx, fy, cx, cy)"));
   EXPECT_THAT(message("mei", 640, 480, k, d), ::testing::HasSubstr("xi"));
-  EXPECT_THAT(message("equidistant", 640, 480, k, std::vector<double>{0.1}), ::testing::HasSubstr("k1, k2, k3, k4"));
+  EXPECT_THAT(message("equidistant", 640, 480, k, std::vector<double>{0.1}),
+              ::testing::HasSubstr("k1, k2, k3, k4"));
   EXPECT_THAT(message("equidistant", 0, 480, k, d), ::testing::HasSubstr("0 x 480"));
   EXPECT_THAT(message("equidistant", 640, 480, std::vector<double>{-1, 400, 320, 240}, d),
               ::testing::HasSubstr("fx = -1"));
@@ -268,13 +288,15 @@ TEST(CameraModel, ErrorsNameWhatIsWrong) {
 }
 
 TEST(CameraModel, InImageCountsPixelCentres) {
-  const auto camera = MakeCameraModel("equidistant", 640, 480, {400, 400, 320, 240}, {0, 0, 0, 0}).value();
+  const auto camera =
+      MakeCameraModel("equidistant", 640, 480, {400, 400, 320, 240}, {0, 0, 0, 0}).value();
   EXPECT_TRUE(camera->InImage({0.0, 0.0}));
   EXPECT_TRUE(camera->InImage({639.0, 479.0}));
   EXPECT_FALSE(camera->InImage({639.1, 479.0}));
   EXPECT_FALSE(camera->InImage({-0.1, 10.0}));
   EXPECT_FALSE(camera->InImage({4.0, 100.0}, 5.0));
-  EXPECT_THAT(camera->parameter_names(), ::testing::ElementsAre("fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"));
+  EXPECT_THAT(camera->parameter_names(),
+              ::testing::ElementsAre("fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"));
 }
 
 }  // namespace

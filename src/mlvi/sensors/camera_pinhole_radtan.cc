@@ -17,8 +17,8 @@ PinholeRadtanCamera::PinholeRadtanCamera(int width, int height, const Eigen::Vec
   set_max_angle(std::atan(distortion_.max_radius()));
 }
 
-bool PinholeRadtanCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m, PointJacobian* d_point,
-                                  ParameterJacobian* d_shape) const {
+bool PinholeRadtanCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m,
+                                  PointJacobian* d_point, ParameterJacobian* d_shape) const {
   if (!(point.z() > 0.0)) return false;
   const Eigen::Vector2d plane = point.head<2>() / point.z();
   Eigen::Matrix2d d_plane;

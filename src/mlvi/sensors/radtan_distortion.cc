@@ -74,7 +74,8 @@ bool RadtanDistortion::Undistort(const Eigen::Vector2d& distorted, Eigen::Vector
     point -= step;
     if (step.norm() <= 1e-16 * (1.0 + point.norm())) break;
   }
-  return Distort(point, value, nullptr) && (value - distorted).norm() <= kTolerance * (1.0 + radius);
+  return Distort(point, value, nullptr) &&
+         (value - distorted).norm() <= kTolerance * (1.0 + radius);
 }
 
 void RadtanDistortion::CoefficientJacobian(const Eigen::Vector2d& point, int column,

@@ -22,7 +22,8 @@ class RadtanDistortion {
 
   double max_radius() const { return max_radius_; }
   // False outside of the valid domain. `d_point` may be null.
-  bool Distort(const Eigen::Vector2d& point, Eigen::Vector2d& distorted, Eigen::Matrix2d* d_point) const;
+  bool Distort(const Eigen::Vector2d& point, Eigen::Vector2d& distorted,
+               Eigen::Matrix2d* d_point) const;
   // False when no point of the valid domain distorts to this one.
   bool Undistort(const Eigen::Vector2d& distorted, Eigen::Vector2d& point) const;
   // d distorted / d coefficients, in the columns from `column` on.
@@ -33,7 +34,8 @@ class RadtanDistortion {
   double RadialScale(double r2) const { return 1.0 + r2 * (k1_ + r2 * (k2_ + r2 * k3_)); }
   // The radius r with r L(r) = distorted radius, the start of Undistort.
   double InvertRadial(double distorted_radius) const;
-  void Evaluate(const Eigen::Vector2d& point, Eigen::Vector2d& distorted, Eigen::Matrix2d& d_point) const;
+  void Evaluate(const Eigen::Vector2d& point, Eigen::Vector2d& distorted,
+                Eigen::Matrix2d& d_point) const;
 
   double k1_, k2_, p1_, p2_, k3_;
   int count_;
