@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Accuracy, consistency, speed and memory of the whole odometry on simulated sequences with exact truth:
+//   odometry_bench --sequence courtyard-hard --rig newer_college --seconds 60 --seeds 1 --set lio.variant=edge_plane
+// Prints one line per seed and, for several seeds, means and the NEES of the pose.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/eval/evaluation.h"
+#include "mlvi/eval/nees.h"
+#include "mlvi/io/rig_file.h"
+#include "mlvi/pipeline/slam.h"
+#include "mlvi/sim/recording.h"
+
+namespace {
+
+using namespace mlvi;
+
+struct Options {
+  std::string sequence = "courtyard-easy";
+  std::string rig = "newer_college";
+  double seconds = 60.0;
+  double rest = 2.0;
+  int first_seed = 1;
+  int seeds = 1;
+  int threads = 0;
+  bool json = false;
+  std::vector<std::string> assignments;
+};
+
+// One run's figures.
+struct Outcome {
+  std::uint64_t seed = 0;
+  double odometry_ate = 0.0, trajectory_ate = 0.0;  // m, se3-aligned rmse
+  double attitude_rmse_deg = 0.0, attitude_max_deg = 0.0;
+  double coverage = 0.0;
+  std::vector<double> nees;  // of the pose, once per second
+  double sweep_p50_ms = 0.0, sweep_p99_ms = 0.0;
+  std::int64_t sweeps = 0, used = 0, degenerate = 0, resets = 0;
+  Eigen::Vector3d weak_axis = Eigen::Vector3d::Zero();
+  std::size_t keyframes = 0;
+  double rss_begin_mb = 0.0, rss_end_mb = 0.0;
+};
+
+double ResidentMegabytes() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0.0, resident = 0.0;
+  statm >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+// The pose part of a navigation covariance in the pose chart (position in the body frame).
+Matrix6d PoseCovariance(const OdometryEstimate& estimate) {
+  Eigen::Matrix<double, 6, 15> J = Eigen::Matrix<double, 6, 15>::Zero();
+  J.block<3, 3>(0, nav_index::kPosition) = estimate.state.T_world_body.R().transpose();
+  J.block<3, 3>(3, nav_index::kRotation).setIdentity();
+  return J * estimate.covariance * J.transpose();
+}
+
+// The estimator's world has its origin and yaw at its first pose; roll and pitch it must know.
+Pose3 YawAndPositionAlignment(const Pose3& T_world_body, const Pose3& T_truth_body) {
+  const Eigen::Matrix3d R = T_world_body.R() * T_truth_body.R().transpose();
+  const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+  const Eigen::Quaterniond rotation = ExpSo3({0.0, 0.0, yaw});
+  return Pose3(rotation, T_world_body.translation() - rotation * T_truth_body.translation());
+}
+
+class NeesCollector {
+ public:
+  explicit NeesCollector(const Recording& recording) : recording_(recording) {}
+
+  void Observe(const OdometryEstimate& estimate) {
+    const Pose3 T_truth_body = recording_.GroundTruth(estimate.state.stamp).T_world_body;
+    if (!last_.valid()) T_world_truth_ = YawAndPositionAlignment(estimate.state.T_world_body, T_truth_body);
+    if (last_.valid() && (estimate.state.stamp - last_).seconds() < 1.0) return;
+    last_ = estimate.state.stamp;
+    const auto nees = PoseNees(estimate.state.T_world_body, T_world_truth_ * T_truth_body, PoseCovariance(estimate));
+    if (nees) values_.push_back(*nees);
+  }
+  const std::vector<double>& values() const { return values_; }
+
+ private:
+  const Recording& recording_;
+  Pose3 T_world_truth_;
+  Time last_;
+  std::vector<double> values_;
+};
+
+Trajectory TruthAt(const Recording& recording, const Trajectory& estimate) {
+  Trajectory truth;
+  for (const StampedPose& pose : estimate) {
+    truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(pose.stamp).T_world_body});
+  }
+  return truth;
+}
+
+void Evaluate(const Recording& recording, const Slam& slam, Outcome& outcome) {
+  const Trajectory truth = TruthAt(recording, slam.odometry());
+  const auto odometry = mlvi::Evaluate(slam.odometry(), truth, {});
+  const auto smoothed = mlvi::Evaluate(slam.SmoothedTrajectory(), truth, {});
+  constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+  if (!odometry || !smoothed) return;
+  outcome.odometry_ate = odometry->absolute_translation.rmse;
+  outcome.trajectory_ate = smoothed->absolute_translation.rmse;
+  if (odometry->absolute_rotation) {
+    outcome.attitude_rmse_deg = odometry->absolute_rotation->rmse * kDegrees;
+    outcome.attitude_max_deg = odometry->absolute_rotation->max * kDegrees;
+  }
+}
+
+Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config, std::uint64_t seed) {
+  SequenceOptions sequence = StandardSequence(options.sequence, rig, options.seconds, seed);
+  sequence.rest = options.rest;
+  Recording recording(sequence);
+  Slam slam(config, recording.rig());
+  NeesCollector nees(recording);
+  Outcome outcome;
+  outcome.seed = seed;
+  outcome.rss_begin_mb = ResidentMegabytes();
+  slam.events().Subscribe([](const Event& event) { fmt::print(stderr, "{}: {}\n", event.source, event.message); });
+  Time newest;
+  while (true) {
+    const auto next = recording.Next();
+    if (!next || !*next) break;
+    slam.Process(**next);
+    if (!slam.newest() || slam.newest()->state.stamp == newest) continue;
+    newest = slam.newest()->state.stamp;
+    nees.Observe(*slam.newest());
+  }
+  slam.Finish();
+  outcome.rss_end_mb = ResidentMegabytes();
+  outcome.nees = nees.values();
+  const auto stages = slam.times().Summarize();
+  outcome.sweep_p50_ms = stages.at("sweep").p50_ms;
+  outcome.sweep_p99_ms = stages.at("sweep").p99_ms;
+  const StreamReport& lidar = slam.supervisor().streams().at("lidar");
+  outcome.sweeps = lidar.received;
+  outcome.used = lidar.used;
+  outcome.degenerate = slam.supervisor().odometry().sweeps_degenerate;
+  outcome.weak_axis = slam.supervisor().odometry().mean_weak_translation_axis;
+  outcome.resets = slam.supervisor().odometry().resets;
+  outcome.keyframes = slam.graph().keyframes().size();
+  Evaluate(recording, slam, outcome);
+  return outcome;
+}
+
+nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
+  const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
+  return {{"sequence", options.sequence}, {"rig", options.rig}, {"seed", o.seed}, {"settings", options.assignments},
+          {"odometry_ate_m", o.odometry_ate}, {"trajectory_ate_m", o.trajectory_ate},
+          {"attitude_rmse_deg", o.attitude_rmse_deg}, {"attitude_max_deg", o.attitude_max_deg},
+          {"mean_nees", nees.mean}, {"nees_count", nees.count}, {"sweep_p50_ms", o.sweep_p50_ms},
+          {"sweep_p99_ms", o.sweep_p99_ms}, {"sweeps", o.sweeps}, {"used", o.used}, {"degenerate", o.degenerate},
+          {"weak_axis", {o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z()}}, {"resets", o.resets},
+          {"keyframes", o.keyframes}, {"rss_begin_mb", o.rss_begin_mb}, {"rss_end_mb", o.rss_end_mb}};
+}
+
+void Print(const Options& options, const Outcome& o) {
+  if (options.json) {
+    fmt::print("{}\n", ToJson(options, o).dump());
+    std::fflush(stdout);
+    return;
+  }
+  const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
+  fmt::print("{:16} {:14} seed {:2}  ATE {:.4f} m (smoothed {:.4f})  attitude {:.3f} deg (max {:.3f})  NEES {:6.2f}  used "
+             "{}/{}  degenerate {} ({:.2f} {:.2f} {:.2f})  sweep p50 {:.1f} p99 {:.1f} ms  {} keyframes  RSS {:.0f} -> {:.0f} MB\n",
+             options.sequence, options.rig, o.seed, o.odometry_ate, o.trajectory_ate, o.attitude_rmse_deg,
+             o.attitude_max_deg, nees.mean, o.used, o.sweeps, o.degenerate, o.weak_axis.x(), o.weak_axis.y(),
+             o.weak_axis.z(), o.sweep_p50_ms, o.sweep_p99_ms, o.keyframes, o.rss_begin_mb, o.rss_end_mb);
+  std::fflush(stdout);
+}
+
+// The mean over seeds of the pose's NEES at each second is made of independent values: its band is the test.
+void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes) {
+  std::size_t seconds = outcomes.front().nees.size();
+  for (const Outcome& o : outcomes) seconds = std::min(seconds, o.nees.size());
+  std::size_t inside = 0;
+  std::vector<double> means;
+  for (std::size_t k = 0; k < seconds; ++k) {
+    std::vector<double> values;
+    for (const Outcome& o : outcomes) values.push_back(o.nees[k]);
+    const NeesSummary summary = SummarizeNees(values, 6);
+    means.push_back(summary.mean);
+    inside += summary.consistent() ? 1U : 0U;
+  }
+  const NeesSummary band = SummarizeNees(std::vector<double>(outcomes.size(), 6.0), 6);
+  fmt::print("NEES of the pose over {} seeds, 95 % band of the mean [{:.2f}, {:.2f}], expected 6: inside at {} of {} "
+             "instants; means at those instants: {:.2f}\n",
+             outcomes.size(), band.low, band.high, inside, seconds, fmt::join(means, " "));
+}
+
+int Run(const Options& options) {
+  const Expected<Rig> rig = LoadRig(options.rig);
+  SlamConfig config;
+  ConfigDeclaration declaration = ConfigDeclaration::Of(config);
+  for (const std::string& assignment : options.assignments) {
+    if (const auto set = declaration.SetAssignment(assignment); !set) {
+      fmt::print(stderr, "{}\n", set.error().message);
+      return 1;
+    }
+  }
+  if (!rig) {
+    fmt::print(stderr, "{}\n", rig.error().message);
+    return 1;
+  }
+  const ThreadLimit threads(options.threads);
+  std::vector<Outcome> outcomes;
+  for (int i = 0; i < options.seeds; ++i) {
+    outcomes.push_back(RunOnce(options, *rig, config, static_cast<std::uint64_t>(options.first_seed + i)));
+    Print(options, outcomes.back());
+  }
+  if (options.seeds > 1 && !options.json) PrintNeesOverSeeds(outcomes);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Odometry on simulated sequences: accuracy, consistency, speed, memory");
+  app.add_option("--sequence", options.sequence, "Name of the sequence (mlvi simulate --list)");
+  app.add_option("--rig", options.rig, "Rig file or name");
+  app.add_option("--seconds", options.seconds, "Length");
+  app.add_option("--rest", options.rest, "Seconds at rest at the beginning");
+  app.add_option("--first-seed", options.first_seed, "First seed");
+  app.add_option("--seeds", options.seeds, "Number of seeds");
+  app.add_option("--threads", options.threads, "Threads (0: all)");
+  app.add_option("--set", options.assignments, "Configuration: key=value");
+  app.add_flag("--json", options.json, "One JSON object per run");
+  CLI11_PARSE(app, argc, argv);
+  return Run(options);
+}

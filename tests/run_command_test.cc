@@ -1,0 +1,338 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// `mlvi run` as its users meet it: real processes on simulated recordings, good ones and bad ones.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "mlvi/eval/evaluation.h"
+#include "mlvi/io/bag_writer.h"
+#include "mlvi/io/rig_file.h"
+#include "mlvi/io/tum.h"
+#include "mlvi/sim/recording.h"
+
+namespace mlvi {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double kSeconds = 6.0;
+// Sweeps of the whole recording: the sequence rests for 2 s, in which the start is found.
+constexpr int kSweeps = 59;
+
+struct ProcessResult {
+  int exit_code = -1;
+  std::string output;  // stdout and stderr
+};
+
+std::string ReadFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+ProcessResult RunMlvi(const std::string& arguments) {
+  const std::string command = std::string(MLVI_BINARY) + " " + arguments + " 2>&1";
+  std::FILE* pipe = popen(command.c_str(), "r");
+  ProcessResult result;
+  char buffer[4096];
+  while (const std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) result.output.append(buffer, n);
+  result.exit_code = WEXITSTATUS(pclose(pipe));
+  return result;
+}
+
+class RunCommand : public ::testing::Test {
+ protected:
+  static Rig TestRig() {
+    Expected<Rig> rig = LoadRig("m2dgr");
+    EXPECT_TRUE(rig.has_value());
+    return *rig;
+  }
+
+  // One folder per test.
+  RunCommand() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / ("mlvi_run_" + std::string(info->name()) + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    bag_ = (folder_ / "recording.bag").string();
+    rig_ = (folder_ / "rig.yaml").string();
+    EXPECT_TRUE(SaveRig(TestRig(), rig_));
+  }
+  ~RunCommand() override { fs::remove_all(folder_); }
+
+  void Simulate(const SequenceFaults& faults = {}, double seconds = kSeconds) {
+    SequenceOptions options = StandardSequence("courtyard-easy", TestRig(), seconds, 5);
+    options.faults = faults;
+    Recording recording(options, RecordingForm::kMessages);
+    auto writer = BagWriter::Create(bag_, recording.rig());
+    ASSERT_TRUE(writer.has_value()) << writer.error().message;
+    while (true) {
+      const auto next = recording.Next();
+      ASSERT_TRUE(next.has_value());
+      if (!*next) break;
+      ASSERT_TRUE((*writer)->Write(**next));
+    }
+    ASSERT_TRUE((*writer)->Close());
+  }
+
+  ProcessResult Run(const std::string& extra = "") {
+    return RunMlvi("run " + bag_ + " --rig " + rig_ + " -o " + Output() + " " + extra);
+  }
+  std::string Output() const { return (folder_ / "result").string(); }
+  nlohmann::json Summary() const {
+    return nlohmann::json::parse(ReadFile(folder_ / "result" / "summary.json"), nullptr, false);
+  }
+  Trajectory Estimate(const std::string& name = "trajectory.tum") const {
+    const auto trajectory = ReadTum((folder_ / "result" / name).string());
+    return trajectory ? *trajectory : Trajectory{};
+  }
+
+  // se3-aligned rmse of the estimate against the simulator's truth, m.
+  double Ate() const {
+    const Recording recording(StandardSequence("courtyard-easy", TestRig(), kSeconds, 5));
+    const Trajectory estimate = Estimate();
+    Trajectory truth;
+    for (const StampedPose& pose : estimate) {
+      truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(pose.stamp).T_world_body});
+    }
+    const auto evaluation = Evaluate(estimate, truth, {});
+    return evaluation ? evaluation->absolute_translation.rmse : 1e9;
+  }
+
+  // All promised results are there and agree with one another.
+  void ExpectResults(const std::string& status, int at_least_poses) {
+    const nlohmann::json summary = Summary();
+    ASSERT_TRUE(summary.is_object());
+    EXPECT_EQ(summary["status"], status) << summary["reason"];
+    EXPECT_EQ(summary["resets"], 0);
+    EXPECT_GE(static_cast<int>(Estimate().size()), at_least_poses);
+    EXPECT_EQ(Estimate("odometry.tum").size(), Estimate().size());
+    for (const char* name : {"map.ply", "map.png", "config.yaml"}) {
+      EXPECT_GT(fs::file_size(folder_ / "result" / name), 100U) << name;
+    }
+  }
+
+  fs::path folder_;
+  std::string bag_, rig_;
+};
+
+TEST_F(RunCommand, WholeRecordingIsUsedAndRepeatsBitByBitAtAnyThreadCount) {
+  Simulate();
+  const ProcessResult result = Run("--threads 1");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  ExpectResults("ok", kSweeps);
+  EXPECT_LT(Ate(), 0.03);
+  const std::string trajectory = ReadFile(folder_ / "result" / "trajectory.tum");
+  const std::string odometry = ReadFile(folder_ / "result" / "odometry.tum");
+  const std::string map = ReadFile(folder_ / "result" / "map.ply");
+  for (const char* threads : {"--threads 2", "--threads 1", "--threads 4"}) {
+    EXPECT_EQ(Run(threads).exit_code, 0);
+    EXPECT_TRUE(trajectory == ReadFile(folder_ / "result" / "trajectory.tum")) << threads;
+    EXPECT_TRUE(odometry == ReadFile(folder_ / "result" / "odometry.tum")) << threads;
+    EXPECT_TRUE(map == ReadFile(folder_ / "result" / "map.ply")) << threads;
+  }
+}
+
+TEST_F(RunCommand, TruncatedBagKeepsWhatWasEstimated) {
+  Simulate();
+  fs::resize_file(bag_, fs::file_size(bag_) * 7 / 10);
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("input_broken_off"));
+  ExpectResults("input_broken_off", kSweeps / 2);
+  EXPECT_LT(Ate(), 0.03);
+}
+
+TEST_F(RunCommand, ZeroByteFile) {
+  std::ofstream(bag_).close();
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.output, HasSubstr("empty"));
+}
+
+TEST_F(RunCommand, FileThatIsNoBag) {
+  std::ofstream(bag_) << std::string(10000, 'x');
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.output, HasSubstr("bag"));
+}
+
+TEST_F(RunCommand, MissingFile) {
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.output, HasSubstr(bag_));
+}
+
+TEST_F(RunCommand, MissingTopicNamesThoseThatAreThere) {
+  Simulate({}, 2.0);
+  Rig rig = TestRig();
+  const std::string there = rig.lidar->topic;
+  rig.lidar->topic = "/velodyne_pts";
+  ASSERT_TRUE(SaveRig(rig, rig_));
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.output, HasSubstr("/velodyne_pts"));
+  EXPECT_THAT(result.output, HasSubstr(there));
+}
+
+TEST_F(RunCommand, UnknownPointLayoutNamesItsFields) {
+  rosbag::Bag bag(bag_, rosbag::bagmode::Write);
+  const Rig rig = TestRig();
+  for (int i = 0; i < 5; ++i) {
+    sensor_msgs::PointCloud2 cloud;
+    cloud.header.stamp = ros::Time(100 + i, 0);
+    cloud.height = 1;
+    cloud.width = 10;
+    cloud.fields.resize(1);
+    cloud.fields[0].name = "distance_mm";
+    cloud.fields[0].datatype = sensor_msgs::PointField::FLOAT32;
+    cloud.fields[0].count = 1;
+    cloud.point_step = 4;
+    cloud.row_step = 40;
+    cloud.data.resize(40);
+    bag.write(rig.lidar->topic, cloud.header.stamp, cloud);
+    sensor_msgs::Imu imu;
+    imu.header.stamp = cloud.header.stamp;
+    bag.write(rig.imu.topic, imu.header.stamp, imu);
+  }
+  bag.close();
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("distance_mm"));
+}
+
+TEST_F(RunCommand, NanPointsAreDroppedAndCounted) {
+  Simulate({.nan_points = FaultWindow{0.0, kSeconds}});
+  EXPECT_EQ(Run().exit_code, 0);
+  ExpectResults("ok", kSweeps);
+  EXPECT_THAT(Summary()["messages"].dump(), HasSubstr("NaN"));
+  EXPECT_LT(Ate(), 0.03);
+}
+
+TEST_F(RunCommand, EmptySweepsAreCountedAndTheEstimateGoesOn) {
+  Simulate({.empty_sweeps = FaultWindow{3.0, 0.5}});
+  EXPECT_EQ(Run().exit_code, 0);
+  ExpectResults("degraded", kSweeps - 6);
+  EXPECT_LT(Ate(), 0.03);
+}
+
+TEST_F(RunCommand, AccelerationsInGravitiesAreConvertedAndNoted) {
+  Simulate({.imu_in_g = true});
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(Summary()["notes"].dump(), HasSubstr("g"));
+  ExpectResults("ok", kSweeps);
+  EXPECT_LT(Ate(), 0.03);
+}
+
+TEST_F(RunCommand, TimeJumpBackIsReportedAndWhatWasEstimatedIsKept) {
+  Simulate({.time_jump = TimeJump{4.0, 1.0}});
+  const ProcessResult result = Run();
+  EXPECT_THAT(result.output, HasSubstr("jumps back"));
+  ExpectResults("degraded", 38);
+  // Stamps after the jump repeat instants before it: only the part before has a truth to compare with.
+  const Trajectory estimate = Estimate();
+  for (std::size_t i = 1; i < estimate.size(); ++i) EXPECT_LT(estimate[i - 1].stamp, estimate[i].stamp);
+}
+
+TEST_F(RunCommand, TwoSecondsWithoutLidar) {
+  Simulate({.lidar_gap = FaultWindow{3.0, 2.0}});
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("gap of 2."));
+  ExpectResults("degraded", kSweeps - 21);
+  EXPECT_LT(Ate(), 0.05);
+}
+
+TEST_F(RunCommand, HalfASecondWithoutImu) {
+  Simulate({.imu_gap = FaultWindow{3.0, 0.5}});
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("gap of 0.5"));
+  ExpectResults("degraded", kSweeps);
+  EXPECT_LT(Ate(), 0.05);
+}
+
+TEST_F(RunCommand, BadRigs) {
+  Simulate({}, 1.0);
+  const std::string good = ReadFile(rig_);
+  const auto run_with = [&](const std::string& rig) {
+    std::ofstream(rig_) << rig;
+    return Run();
+  };
+  const auto replaced = [&](const std::string& from, const std::string& to) {
+    std::string rig = good;
+    const std::size_t at = rig.find(from);
+    EXPECT_NE(at, std::string::npos) << from << " in\n" << good;
+    return rig.replace(at, from.size(), to);
+  };
+  const ProcessResult unknown = run_with(replaced("max_range", "maxrange"));
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.output, HasSubstr("maxrange"));
+  EXPECT_THAT(unknown.output, HasSubstr("max_range"));
+
+  std::string missing_text = good;
+  missing_text.erase(missing_text.find("  rate_hz"), std::string("  rate_hz").size() + 5);
+  const ProcessResult missing = run_with(replaced("  topic: " + TestRig().imu.topic, ""));
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.output, HasSubstr("topic"));
+
+  const ProcessResult mirrored = run_with(
+      "name: mirrored\nimu: {topic: /imu, rate_hz: 100, noise: {accelerometer_density: 0.01, gyroscope_density: 0.001, "
+      "accelerometer_random_walk: 0.001, gyroscope_random_walk: 0.0001}}\n"
+      "lidar: {topic: /points, rate_hz: 10, T_body_lidar: {t: [0, 0, 0], R: [1, 0, 0, 0, 1, 0, 0, 0, -1]}}\n");
+  EXPECT_EQ(mirrored.exit_code, 1);
+  EXPECT_THAT(mirrored.output, HasSubstr("-1"));
+  EXPECT_THAT(mirrored.output, HasSubstr("T_body_lidar"));
+}
+
+TEST_F(RunCommand, BadConfiguration) {
+  Simulate({}, 1.0);
+  const ProcessResult unknown = Run("--set lio.map.voxelsize=0.4");
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.output, HasSubstr("lio.map.voxel_size"));
+  const ProcessResult range = Run("--set lio.map.voxel_size=-1");
+  EXPECT_EQ(range.exit_code, 1);
+  EXPECT_THAT(range.output, HasSubstr("-1"));
+  EXPECT_EQ(RunMlvi("run").exit_code, 1);
+  EXPECT_EQ(RunMlvi("fly").exit_code, 1);
+}
+
+TEST_F(RunCommand, InterruptionKeepsWhatWasEstimated) {
+  Simulate();
+  const pid_t child = fork();
+  if (child == 0) {
+    if (std::freopen((folder_ / "log").c_str(), "w", stderr) == nullptr) _exit(99);
+    execl(MLVI_BINARY, MLVI_BINARY, "run", bag_.c_str(), "--rig", rig_.c_str(), "-o", Output().c_str(), "--threads",
+          "1", nullptr);
+    _exit(99);
+  }
+  // The progress lines tell when half of the recording is through.
+  for (int i = 0; i < 3000 && ReadFile(folder_ / "log").find("run: 5") == std::string::npos; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  ExpectResults("interrupted", 10);
+  EXPECT_LT(Estimate().size(), static_cast<std::size_t>(kSweeps));
+}
+
+}  // namespace
+}  // namespace mlvi
