@@ -15,7 +15,7 @@ constexpr int kHalfWindow = 5;
 constexpr int kSectors = 6;
 constexpr int kEdgesPerSector = 20;
 constexpr float kEdgeRatio = 0.25F, kPlaneRatio = 0.1F;
-constexpr float kEdgeSigmas = 3.0F, kPlaneSigmas = 2.0F;
+constexpr float kEdgeSigmas = 4.0F, kPlaneSigmas = 2.0F;
 constexpr float kJump = 0.3F;           // m between neighbours of a ring
 constexpr float kGrazing = 0.02F;       // of the range, to both neighbours
 constexpr float kAzimuthGapSteps = 3.0F;

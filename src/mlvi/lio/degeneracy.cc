@@ -9,6 +9,9 @@
 namespace mlvi {
 namespace {
 
+constexpr double kSteadyCosine = 0.995;
+constexpr double kSteadyGain = 0.02;
+
 struct Half {
   int count = 0;
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
@@ -17,7 +20,7 @@ struct Half {
 // Judges the three directions that start at row `offset` (0 translation, 3 rotation). `other_sigma` is the loosest
 // sensible knowledge of the other three; it keeps the Schur complement finite when those are degenerate themselves.
 Half Judge(const Matrix6d& A, const Matrix6d& feigned, int offset, double max_sigma, double other_sigma,
-           double max_noise_share, std::vector<Vector6d>& motions) {
+           double max_noise_share) {
   const int other = 3 - offset;
   const Eigen::Matrix3d coupling = A.block<3, 3>(other, offset);
   const Eigen::Matrix3d regular =
@@ -36,21 +39,39 @@ Half Judge(const Matrix6d& A, const Matrix6d& feigned, int offset, double max_si
     const bool unknown = solver.eigenvalues()[i] < 1.0 / (max_sigma * max_sigma);
     const bool spurious = axis.dot(noise * axis) > max_noise_share * axis.dot(total * axis);
     if (!unknown && !spurious) continue;
-    motions.push_back(motion * axis);
     half.axes.col(i).swap(half.axes.col(half.count++));
   }
   return half;
 }
 
+// The mean of a lone degenerate axis over the last sweeps, while it stays within 6 degrees.
+void Steady(const Degeneracy& last, Half& translation) {
+  if (translation.count != 1 || last.translation_directions != 1) return;
+  const Eigen::Vector3d before = last.translation_axes.col(0);
+  Eigen::Vector3d axis = translation.axes.col(0);
+  if (std::abs(axis.dot(before)) < kSteadyCosine) return;
+  axis *= axis.dot(before) < 0.0 ? -1.0 : 1.0;
+  const Eigen::Vector3d steady = ((1.0 - kSteadyGain) * before + kSteadyGain * axis).normalized();
+  translation.axes.leftCols<1>() = steady;
+  translation.axes.col(1) = (translation.axes.col(1) - steady * steady.dot(translation.axes.col(1))).normalized();
+  translation.axes.col(2) = steady.cross(translation.axes.col(1));
+}
+
 }  // namespace
 
 DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
-                                    const Eigen::Quaterniond& R_world_body, const DegeneracyConfig& config) {
+                                    const Eigen::Quaterniond& R_world_body, const Degeneracy& last,
+                                    const DegeneracyConfig& config) {
   DegenerateDirections result;
-  const Half translation = Judge(information, feigned, 0, config.max_translation_sigma, 1.0, config.max_noise_share,
-                                 result.motions);
-  const Half rotation = Judge(information, feigned, 3, config.max_rotation_sigma, 1.0, config.max_noise_share,
-                              result.motions);
+  Half translation = Judge(information, feigned, 0, config.max_translation_sigma, 1.0, config.max_noise_share);
+  Steady(last, translation);
+  const Half rotation = Judge(information, feigned, 3, config.max_rotation_sigma, 1.0, config.max_noise_share);
+  for (int i = 0; i < translation.count; ++i) {
+    result.motions.push_back((Vector6d() << translation.axes.col(i), Eigen::Vector3d::Zero()).finished());
+  }
+  for (int i = 0; i < rotation.count; ++i) {
+    result.motions.push_back((Vector6d() << Eigen::Vector3d::Zero(), rotation.axes.col(i)).finished());
+  }
   const Eigen::Matrix3d R = R_world_body.toRotationMatrix();
   Matrix6d to_pose_chart = Matrix6d::Identity();  // d(world position, rotation) / d(BoxMinus chart)
   to_pose_chart.topLeftCorner<3, 3>() = R;

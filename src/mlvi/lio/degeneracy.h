@@ -23,8 +23,13 @@ struct DegenerateDirections {
 // Translation and rotation are judged apart, in their own units, each with the other one marginalised (Schur
 // complement): a direction is degenerate when its standard deviation by the information that is not feigned exceeds
 // the limit, or when more than max_noise_share of its information is feigned.
+//
+// `last` is the report of the previous sweep: a lone degenerate translation axis is averaged over sweeps. Were it taken
+// anew each time, its small random turns would leak lateral information into the axis: 1 mm across, seen under
+// directions that differ by 1e-3, feigns 1 m lengthwise per sweep, 6 cm after 300 sweeps.
 DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
-                                    const Eigen::Quaterniond& R_world_body, const DegeneracyConfig& config);
+                                    const Eigen::Quaterniond& R_world_body, const Degeneracy& last,
+                                    const DegeneracyConfig& config);
 
 // Takes the information along the degenerate motions out of the normal equations A x = -b:
 //   A <- A - A v v^T A / (v^T A v),  b <- b - A v (v^T b) / (v^T A v).

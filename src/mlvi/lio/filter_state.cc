@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/filter_state.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "mlvi/imu/propagation.h"
 
 namespace mlvi {
@@ -64,13 +67,44 @@ StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance) {
 Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drift) {
   Eigen::Matrix<double, 15, kFilterSize> J = Eigen::Matrix<double, 15, kFilterSize>::Zero();
   J.leftCols<15>().setIdentity();
-  J.block<3, 2>(kRotation, kTilt) = -estimate.mean.nav.T_world_body.R().transpose().leftCols<2>();
+  // A world turned by -tilt about its origin.
+  const Pose3& T = estimate.mean.nav.T_world_body;
+  J.block<3, 2>(kPosition, kTilt) = Hat(T.translation()).leftCols<2>();
+  J.block<3, 2>(kVelocity, kTilt) = Hat(estimate.mean.nav.v_world_body).leftCols<2>();
+  J.block<3, 2>(kRotation, kTilt) = -T.R().transpose().leftCols<2>();
   Matrix15d result = J * estimate.covariance * J.transpose();
   result.block<3, 3>(kPosition, kPosition) += drift.topLeftCorner<3, 3>();
   result.block<3, 3>(kPosition, kRotation) += drift.topRightCorner<3, 3>();
   result.block<3, 3>(kRotation, kPosition) += drift.bottomLeftCorner<3, 3>();
   result.block<3, 3>(kRotation, kRotation) += drift.bottomRightCorner<3, 3>();
   return result;
+}
+
+Matrix6d PoseCovariance(const FilterMatrix& covariance) {
+  Matrix6d result;
+  result << covariance.block<3, 3>(kPosition, kPosition), covariance.block<3, 3>(kPosition, kRotation),
+      covariance.block<3, 3>(kRotation, kPosition), covariance.block<3, 3>(kRotation, kRotation);
+  return result;
+}
+
+Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to, double new_share) {
+  const Pose3& T = to.mean.nav.T_world_body;
+  Matrix6d F = Matrix6d::Identity();
+  F.topRightCorner<3, 3>() = -Hat(T.translation() - from.translation()) * from.R();
+  F.bottomRightCorner<3, 3>() = (T.rotation().conjugate() * from.rotation()).toRotationMatrix();
+  return F * drift * F.transpose() + new_share * PoseCovariance(to.covariance);
+}
+
+StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old, const NavState& corrected) {
+  // Exp(tilt) z = (tilt_y, -tilt_x, 1) to first order, and exactly in direction.
+  const Eigen::Vector3d up = R_new_old * TiltRotation(old.mean.tilt) * Eigen::Vector3d::UnitZ();
+  const double angle = std::acos(std::clamp(up.z(), -1.0, 1.0));
+  const double sine = std::max(std::hypot(up.x(), up.y()), 1e-12);
+  FilterMatrix turn = FilterMatrix::Identity();
+  turn.topLeftCorner<15, 15>() = WorldRotation(R_new_old);
+  turn.bottomRightCorner<2, 2>() = R_new_old.toRotationMatrix().topLeftCorner<2, 2>();
+  return {.mean = {corrected, angle / sine * Eigen::Vector2d(-up.y(), up.x())},
+          .covariance = turn * old.covariance * turn.transpose()};
 }
 
 Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples, const ImuSpec& imu,

@@ -45,6 +45,20 @@ StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance);
 // body rotation).
 Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drift);
 
+// The block of world position and body rotation.
+Matrix6d PoseCovariance(const FilterMatrix& covariance);
+
+// The covariance of the map's own error, as seen at the pose of `to`, after a sweep has been inserted there of which
+// `new_share` was new. Registration is relative to the map, so its errors persist in what is inserted: errors of
+// neighbouring sweeps are alike as long as they are registered to the same points, and by the time that the map has
+// been replaced once (shares add up to one) one error of a registration has been added. Turned errors act on the
+// way from `from` with its length as a lever.
+Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to, double new_share);
+
+// The estimate after the world has been turned by `R_new_old` and the state replaced by `corrected`, which describes the
+// same instant in the new world. Gravity and the covariance keep their directions relative to the map.
+StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old, const NavState& corrected);
+
 struct Prediction {
   std::vector<NavState> trajectory;  // one per sample
   StateEstimate end;                 // of the last sample

@@ -16,6 +16,9 @@ namespace mlvi {
 
 namespace {
 
+// Samples may end this much before the sweep; the last one is then held.
+constexpr Duration kImuSlack = Duration::FromMilliseconds(50);
+
 LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
   LioResult result;
   result.status = status;
@@ -51,6 +54,8 @@ struct Lio::Impl {
   std::vector<ImuSample> imu;  // from the instant of `estimate` on, or all of the start
   std::optional<Start> start;  // while initialising
   StateEstimate estimate;
+  Degeneracy degeneracy;  // of the last registration
+  Matrix6d drift = Matrix6d::Zero();  // covariance of the map's own error at the pose of `estimate`
   LocalMap map;
   Time last_registered;
 };
@@ -93,10 +98,12 @@ std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
     result.rejection = "out of order";
     result.reason = fmt::format("the sweep ends at {}, not after the last estimate at {}", ToString(sweep.end()),
                                 ToString(last));
-  } else if (imu.empty() || imu.back().stamp <= (last.valid() ? last : sweep.stamp - Duration::FromMilliseconds(100))) {
+  } else if (imu.empty() || imu.back().stamp + kImuSlack < sweep.end()) {
     result.rejection = "IMU missing";
-    result.reason = fmt::format("no IMU sample reaches into the sweep {} .. {}: check the IMU topic and the clock offset",
-                                ToString(sweep.stamp), ToString(sweep.end()));
+    result.reason = fmt::format("the newest IMU sample ({}) is too old for the sweep {} .. {}: check the IMU topic and its "
+                                "time offset",
+                                imu.empty() ? "none" : ToString(imu.back().stamp), ToString(sweep.stamp),
+                                ToString(sweep.end()));
   } else {
     return std::nullopt;
   }
@@ -152,7 +159,7 @@ SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const Lida
 
 RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features, const StateEstimate& prior) {
   const StageTimes::Scope timer(times, "lio/registration");
-  return Register(features, map, prior, *rig.lidar, config.registration, config.degeneracy);
+  return Register(features, map, prior, *rig.lidar, degeneracy, config.registration, config.degeneracy);
 }
 
 void Lio::Impl::Accept(const StateEstimate& accepted) {
@@ -165,19 +172,24 @@ void Lio::Impl::Accept(const StateEstimate& accepted) {
 
 LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration) {
   const StageTimes::Scope timer(times, "lio/map");
+  const Pose3 before = estimate.mean.nav.T_world_body;
   Accept(registration.estimate);
+  degeneracy = registration.degeneracy;
   last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
   result.new_share = map.Insert(features, estimate.mean.nav.T_world_body);
-  result.estimates.push_back(
-      {.state = estimate.mean.nav, .covariance = ReportedCovariance(estimate, Matrix6d::Zero()), .degeneracy = registration.degeneracy});
+  drift = GrownDrift(drift, before, estimate, result.new_share);
+  result.estimates.push_back({.state = estimate.mean.nav,
+                              .covariance = ReportedCovariance(estimate, drift),
+                              .degeneracy = registration.degeneracy});
   result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;
 }
 
 LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResult& registration,
                           const StateEstimate& prior) {
+  drift = GrownDrift(drift, estimate.mean.nav.T_world_body, prior, 0.0);
   Accept(prior);
   LioResult result = Figures(registration, LioResult::Status::kRejected);
   result.rejection = "not registered";
@@ -196,12 +208,17 @@ LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResul
 
 void Lio::Correct(const NavState& corrected) {
   if (impl_->start) return;
-  const Pose3 T_new_old = corrected.T_world_body * impl_->estimate.mean.nav.T_world_body.inverse();
+  const FilterState& old = impl_->estimate.mean;
+  MLVI_CHECK(corrected.stamp == old.nav.stamp, "corrected state of {} for an estimate at {}",
+             ToString(corrected.stamp), ToString(old.nav.stamp));
+  const Pose3 T_new_old = corrected.T_world_body * old.nav.T_world_body.inverse();
   impl_->map.Transform(T_new_old);
-  const Time stamp = impl_->estimate.mean.nav.stamp;
-  MLVI_CHECK(corrected.stamp == stamp, "corrected state of {} for an estimate at {}", ToString(corrected.stamp),
-             ToString(stamp));
-  impl_->estimate.mean.nav = corrected;
+  impl_->estimate = InNewWorld(impl_->estimate, T_new_old.rotation(), corrected);
+  Matrix6d turn = Matrix6d::Identity();
+  turn.topLeftCorner<3, 3>() = T_new_old.R();
+  impl_->drift = turn * impl_->drift * turn.transpose();
+  impl_->degeneracy.translation_axes = T_new_old.R() * impl_->degeneracy.translation_axes;
+  impl_->degeneracy.rotation_axes = T_new_old.R() * impl_->degeneracy.rotation_axes;
 }
 
 }  // namespace mlvi

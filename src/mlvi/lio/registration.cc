@@ -34,13 +34,6 @@ PoseColumnsMatrix PoseColumns(const FilterMatrix& P) {
   return columns;
 }
 
-Matrix6d PoseBlock(const FilterMatrix& P) {
-  const PoseColumnsMatrix columns = PoseColumns(P);
-  Matrix6d block;
-  block << columns.middleRows<3>(nav_index::kPosition), columns.middleRows<3>(nav_index::kRotation);
-  return block;
-}
-
 // The optimum of prior and measurement, both expressed in the tangent space at the prior mean.
 struct Update {
   FilterVector displacement;  // from the prior mean
@@ -58,7 +51,7 @@ Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vecto
   b = J_inverse.transpose() * (b - A * J_inverse * e_pose);
   A = J_inverse.transpose() * A * J_inverse;
   const PoseColumnsMatrix PS = PoseColumns(prior.covariance);
-  const Matrix6d M = Matrix6d::Identity() + A * PoseBlock(prior.covariance);
+  const Matrix6d M = Matrix6d::Identity() + A * PoseCovariance(prior.covariance);
   const Eigen::PartialPivLU<Matrix6d> lu(M);
   Update update;
   update.displacement = -PS * lu.solve(b);
@@ -130,13 +123,13 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
 }
 
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior,
-                            const LidarSpec& lidar, const RegistrationConfig& config,
+                            const LidarSpec& lidar, const Degeneracy& last, const RegistrationConfig& config,
                             const DegeneracyConfig& degeneracy) {
   RegistrationResult result;
   result.estimate = prior;
   result.offered = static_cast<int>(features.planes.size() + features.edges.size());
   AssociationOptions options{.T_world_body = prior.mean.nav.T_world_body,
-                             .pose_covariance = PoseBlock(prior.covariance),
+                             .pose_covariance = PoseCovariance(prior.covariance),
                              .p_body_lidar = lidar.T_body_lidar.translation(),
                              .range_noise = lidar.range_noise,
                              .beam_noise = lidar.beam_noise};
@@ -153,7 +146,7 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, 
       if (sums.inliers < config.min_correspondences) return result;
       const DegenerateDirections directions =
           FindDegeneracy(sums.A, FeignedInformation(correspondences, x.nav.T_world_body, config),
-                         x.nav.T_world_body.rotation(), degeneracy);
+                         x.nav.T_world_body.rotation(), last, degeneracy);
       Deflate(directions.motions, sums.A, sums.b);
       const Update update = Solve(prior, x, sums.A, sums.b);
       const FilterState next = BoxPlus(prior.mean, update.displacement);

@@ -31,9 +31,10 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
 
 // The MAP estimate of the state under the Gaussian `prior` and point-to-plane and point-to-line residuals against the
 // map, by Gauss-Newton with renewed associations (the iterated error-state filter of FAST-LIO2 in a form that inverts
-// neither the prior covariance nor the measurement information, both of which may be singular).
+// neither the prior covariance nor the measurement information, both of which may be singular). `last` is the
+// degeneracy of the previous sweep.
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior,
-                            const LidarSpec& lidar, const RegistrationConfig& config,
+                            const LidarSpec& lidar, const Degeneracy& last, const RegistrationConfig& config,
                             const DegeneracyConfig& degeneracy);
 
 }  // namespace mlvi

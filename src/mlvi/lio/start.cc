@@ -102,7 +102,7 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
   RegistrationConfig registration = config_.registration;
   registration.max_iterations = 3 * registration.max_iterations;
   const RegistrationResult result =
-      Register(kept.features, map_, prior, *rig_.lidar, registration, config_.degeneracy);
+      Register(kept.features, map_, prior, *rig_.lidar, {}, registration, config_.degeneracy);
   kept.T_start_body = result.estimate.mean.nav.T_world_body;
   kept.covariance = PoseChartCovariance(result.estimate);
   return kept;

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/filter_state.h"
+
+#include <gtest/gtest.h>
+
+#include "mlvi/lio/motion_guess.h"
+#include "mlvi/lio/testing.h"
+
+namespace mlvi {
+namespace {
+
+constexpr Time kBegin = Time::FromNanoseconds(1'700'000'000'000'000'000);
+constexpr double kGravity = 9.81;
+
+class FilterStateTest : public ::testing::Test {
+ protected:
+  FilterStateTest() : samples_(test::ImuRun(motion_, rig_, 0.5, 0.7, kBegin, RandomStream(1), false)) {
+    start_.mean.nav = motion_.StateAt(0.5, kBegin);
+    start_.covariance = FilterMatrix::Identity() * 1e-4;
+  }
+  Prediction From(const FilterState& state) const {
+    return Predict({state, start_.covariance}, samples_, rig_.imu, kGravity);
+  }
+
+  test::SwingMotion motion_{.speed = 2.0};
+  Rig rig_ = test::MakeTestRig();
+  std::vector<ImuSample> samples_;
+  StateEstimate start_;
+};
+
+TEST_F(FilterStateTest, PredictsTheMotion) {
+  const NavState end = From(start_.mean).end.mean.nav;
+  const NavState truth = motion_.StateAt(0.7, kBegin);
+  EXPECT_LT((end.T_world_body.translation() - truth.T_world_body.translation()).norm(), 1e-4);
+  EXPECT_LT((end.v_world_body - truth.v_world_body).norm(), 1e-3);
+}
+
+TEST_F(FilterStateTest, TransitionIsTheDerivativeOfThePrediction) {
+  start_.mean.tilt = {0.02, -0.03};
+  const Prediction prediction = From(start_.mean);
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < kFilterSize; ++i) {
+    const FilterVector step = FilterVector::Unit(i) * kStep;
+    const FilterState plus = From(BoxPlus(start_.mean, step)).end.mean;
+    const FilterState minus = From(BoxPlus(start_.mean, -step)).end.mean;
+    const FilterVector numeric =
+        (BoxMinus(plus, prediction.end.mean) - BoxMinus(minus, prediction.end.mean)) / (2.0 * kStep);
+    // The tilt is treated to first order: its square (1e-3) times g dt is left out.
+    const double tolerance = i < kTilt ? 2e-4 : 1e-3 * kGravity * 0.2;
+    EXPECT_LT((numeric - prediction.transition.col(i)).cwiseAbs().maxCoeff(), tolerance) << "column " << i;
+  }
+}
+
+TEST_F(FilterStateTest, ATiltedWorldPredictsTheSameMotionTilted) {
+  const Eigen::Quaterniond tilt = ExpSo3(Eigen::Vector3d(0.05, -0.04, 0.0));
+  FilterState tilted = start_.mean;
+  tilted.tilt = {0.05, -0.04};
+  tilted.nav.T_world_body = Pose3(tilt, Eigen::Vector3d::Zero()) * tilted.nav.T_world_body;
+  tilted.nav.v_world_body = tilt * tilted.nav.v_world_body;
+  const NavState level_end = From(start_.mean).end.mean.nav;
+  const NavState tilted_end = From(tilted).end.mean.nav;
+  EXPECT_LT((tilted_end.v_world_body - tilt * level_end.v_world_body).norm(), 1e-12);
+  EXPECT_LT((tilted_end.T_world_body.translation() - tilt * level_end.T_world_body.translation()).norm(), 1e-12);
+}
+
+TEST_F(FilterStateTest, AnchoringMovesRollAndPitchIntoTheTilt) {
+  Matrix15d covariance = Matrix15d::Zero();
+  covariance.block<3, 3>(6, 6) = Eigen::Matrix3d::Identity() * 4e-4;
+  const StateEstimate anchored = AnchorToMap(start_.mean.nav, covariance);
+  EXPECT_NEAR(anchored.covariance(kTilt, kTilt), 4e-4, 1e-12);
+  EXPECT_LT((anchored.covariance.block<3, 3>(6, 6).trace()), 2e-5);
+  // And back: the reported attitude is as uncertain about roll and pitch as it was.
+  const Matrix15d reported = ReportedCovariance(anchored, Matrix6d::Zero());
+  const Eigen::Matrix3d R = start_.mean.nav.T_world_body.R();
+  const Eigen::Matrix3d world = R * reported.block<3, 3>(6, 6) * R.transpose();
+  EXPECT_NEAR(world(0, 0), 4e-4, 1e-5);
+  EXPECT_NEAR(world(1, 1), 4e-4, 1e-5);
+}
+
+TEST_F(FilterStateTest, ANewWorldPredictsTheSameMotion) {
+  start_.mean.tilt = {0.05, -0.04};
+  const Pose3 T_new_old(ExpSo3(Eigen::Vector3d(0.1, -0.05, 1.2)), Eigen::Vector3d(3.0, 1.0, -2.0));
+  NavState corrected = start_.mean.nav;
+  corrected.T_world_body = T_new_old * corrected.T_world_body;
+  corrected.v_world_body = T_new_old.rotation() * corrected.v_world_body;
+  const StateEstimate turned = InNewWorld(start_, T_new_old.rotation(), corrected);
+  const NavState before = From(start_.mean).end.mean.nav;
+  const NavState after = From(turned.mean).end.mean.nav;
+  EXPECT_LT((after.T_world_body.translation() - T_new_old * before.T_world_body.translation()).norm(), 1e-9);
+  EXPECT_LT((after.v_world_body - T_new_old.rotation() * before.v_world_body).norm(), 1e-9);
+}
+
+TEST_F(FilterStateTest, APreciseMotionGuessDecidesTheRelativePose) {
+  start_.mean.nav.v_world_body += Eigen::Vector3d(0.1, -0.2, 0.05);  // so that the IMU predicts a wrong motion
+  start_.covariance.diagonal().segment<3>(3).setConstant(0.04);
+  const Prediction prediction = From(start_.mean);
+  const Pose3 truth = motion_.At(0.5).inverse() * motion_.At(0.7);
+  const MotionPrior guess{.from = kBegin + Duration::FromMilliseconds(500), .to = kBegin + Duration::FromMilliseconds(700),
+                          .T_from_to = truth, .covariance = Matrix6d::Identity() * 1e-8};
+  const StateEstimate fused = FuseMotionGuess(start_, prediction, guess);
+  const Eigen::Vector3d error =
+      fused.mean.nav.T_world_body.translation() - motion_.At(0.7).translation();
+  EXPECT_GT((prediction.end.mean.nav.T_world_body.translation() - motion_.At(0.7).translation()).norm(), 0.03);
+  EXPECT_LT(error.norm(), 2e-3);
+  // The velocity follows through its correlation with the position.
+  EXPECT_LT((fused.mean.nav.v_world_body - motion_.StateAt(0.7, kBegin).v_world_body).norm(), 0.02);
+  EXPECT_LT(fused.covariance.trace(), prediction.end.covariance.trace());
+}
+
+}  // namespace
+}  // namespace mlvi

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/lio.h"
+
+#include <gtest/gtest.h>
+
+#include "mlvi/base/error.h"
+#include "mlvi/base/parallel.h"
+#include "mlvi/lio/testing.h"
+
+namespace mlvi {
+namespace {
+
+constexpr Time kBegin = Time::FromNanoseconds(1'700'000'000'000'000'000);
+constexpr double kPeriod = 0.1;
+
+struct Window {
+  double from = 0.0, to = 0.0;
+  bool Contains(double t) const { return t >= from && t < to; }
+};
+
+struct Scenario {
+  test::SwingMotion motion;
+  LioConfig config;
+  double seconds = 4.0;
+  Window without_sweeps, without_imu;
+};
+
+struct Outcome {
+  std::vector<OdometryEstimate> estimates;
+  std::vector<LioResult> results;
+};
+
+Outcome Play(const Scenario& scenario) {
+  const Rig rig = test::MakeTestRig();
+  const test::BoxWorld world = test::FurnishedRoom();
+  StageTimes times;
+  Lio lio(scenario.config, rig, times);
+  Outcome outcome;
+  double seen = 0.0;
+  for (int k = 0; (k + 1) * kPeriod <= scenario.seconds; ++k) {
+    const double t = k * kPeriod;
+    if (scenario.without_sweeps.Contains(t)) continue;
+    const LidarSweep sweep = test::Scan(world, scenario.motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k));
+    std::vector<ImuSample> imu = test::ImuRun(scenario.motion, rig, seen, t + kPeriod, kBegin, RandomStream(6));
+    std::erase_if(imu, [&](const ImuSample& sample) {
+      return scenario.without_imu.Contains((sample.stamp - kBegin).seconds());
+    });
+    seen = t + kPeriod;
+    outcome.results.push_back(lio.Process(sweep, imu));
+    const auto& estimates = outcome.results.back().estimates;
+    outcome.estimates.insert(outcome.estimates.end(), estimates.begin(), estimates.end());
+  }
+  return outcome;
+}
+
+// Errors of position (m) and attitude (rad) of the last estimate, both seen from the first one.
+Vector6d ErrorAtEnd(const Outcome& outcome, const test::SwingMotion& motion) {
+  const auto truth = [&](const OdometryEstimate& e) { return motion.At((e.state.stamp - kBegin).seconds()); };
+  const OdometryEstimate& first = outcome.estimates.front();
+  const OdometryEstimate& last = outcome.estimates.back();
+  return BoxMinus(first.state.T_world_body.inverse() * last.state.T_world_body, truth(first).inverse() * truth(last));
+}
+
+TEST(Lio, FollowsAMotionFromItsMovingStartInBothVariants) {
+  for (const LioVariant variant : {LioVariant::kDensePlane, LioVariant::kEdgePlane}) {
+    Scenario scenario{.motion = {.speed = 1.5}, .config = {}, .without_sweeps = {}, .without_imu = {}};
+    scenario.config.variant = variant;
+    const Outcome outcome = Play(scenario);
+    ASSERT_EQ(outcome.estimates.size(), 40U);  // those kept back come out with the first
+    const Vector6d error = ErrorAtEnd(outcome, scenario.motion);
+    EXPECT_LT(error.head<3>().norm(), 0.02);
+    EXPECT_LT(error.tail<3>().norm(), 0.01);
+    const NavState truth = scenario.motion.StateAt(4.0 - kPeriod / 600, kBegin);
+    EXPECT_NEAR(outcome.estimates.back().state.v_world_body.norm(), truth.v_world_body.norm(), 0.05);
+  }
+}
+
+TEST(Lio, StartsAtRest) {
+  const Outcome outcome = Play({.motion = {.speed = 0.0}, .config = {}, .seconds = 1.5, .without_sweeps = {}, .without_imu = {}});
+  ASSERT_EQ(outcome.estimates.size(), 15U);
+  int kept_back = 0;
+  for (const LioResult& result : outcome.results) {
+    kept_back += result.status == LioResult::Status::kInitializing ? 1 : 0;
+  }
+  EXPECT_LE(kept_back, 6);
+  EXPECT_LT(ErrorAtEnd(outcome, {.speed = 0.0}).norm(), 0.01);
+}
+
+TEST(Lio, ContinuesAfterGaps) {
+  Scenario scenario{.motion = {.speed = 1.0}, .config = {}, .seconds = 7.0, .without_sweeps = {}, .without_imu = {}};
+  scenario.without_sweeps = {3.0, 5.0};
+  const Outcome lidar_gap = Play(scenario);
+  ASSERT_EQ(lidar_gap.estimates.size(), 50U);
+  EXPECT_LT(ErrorAtEnd(lidar_gap, scenario.motion).head<3>().norm(), 0.03);
+  scenario.without_sweeps = {};
+  scenario.without_imu = {3.0, 3.5};
+  const Outcome imu_gap = Play(scenario);
+  EXPECT_GE(imu_gap.estimates.size(), 60U);
+  EXPECT_LT(ErrorAtEnd(imu_gap, scenario.motion).head<3>().norm(), 0.03);
+}
+
+TEST(Lio, TheSameBitsAtAnyNumberOfThreads) {
+  std::vector<Outcome> outcomes;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    outcomes.push_back(Play({.motion = {.speed = 1.5}, .config = {}, .seconds = 2.0, .without_sweeps = {}, .without_imu = {}}));
+  }
+  ASSERT_EQ(outcomes[0].estimates.size(), outcomes[1].estimates.size());
+  ASSERT_GT(outcomes[0].estimates.size(), 10U);
+  for (std::size_t i = 0; i < outcomes[0].estimates.size(); ++i) {
+    const NavState &a = outcomes[0].estimates[i].state, &b = outcomes[1].estimates[i].state;
+    EXPECT_EQ(BoxMinus(a, b).norm(), 0.0);
+    EXPECT_EQ(outcomes[0].estimates[i].covariance, outcomes[1].estimates[i].covariance);
+  }
+}
+
+class LioRejectionTest : public ::testing::Test {
+ protected:
+  LioResult Give(double t, const LidarSweep& sweep) {
+    return lio_.Process(sweep, test::ImuRun(motion_, rig_, std::max(0.0, t - kPeriod), t + kPeriod, kBegin, RandomStream(1)));
+  }
+  LidarSweep At(double t) { return test::Scan(world_, motion_, *rig_.lidar, t, kBegin, RandomStream(2)); }
+
+  Rig rig_ = test::MakeTestRig();
+  test::BoxWorld world_ = test::FurnishedRoom();
+  test::SwingMotion motion_{.speed = 0.0};
+  StageTimes times_;
+  Lio lio_{LioConfig(), rig_, times_};
+};
+
+TEST_F(LioRejectionTest, RefusesWhatItCannotUseAndSaysWhy) {
+  LidarSweep empty;
+  empty.stamp = kBegin;
+  EXPECT_EQ(Give(0.0, empty).rejection, "empty sweep");
+  LidarSweep tiny = At(0.0);
+  tiny.points.resize(20);
+  const LioResult result = Give(0.0, tiny);
+  EXPECT_EQ(result.status, LioResult::Status::kRejected);
+  EXPECT_EQ(result.rejection, "too few points");
+  EXPECT_NE(result.reason.find("20 points"), std::string::npos);
+  for (int k = 0; k < 10; ++k) Give(k * kPeriod, At(k * kPeriod));
+  EXPECT_EQ(Give(1.0, At(1.0)).status, LioResult::Status::kTracking);
+  EXPECT_EQ(Give(0.5, At(0.5)).rejection, "out of order");
+  EXPECT_EQ(lio_.Process(At(1.3), {}).rejection, "IMU missing");
+}
+
+TEST_F(LioRejectionTest, ACorrectionMovesStateAndMapTogether) {
+  LioResult result;
+  for (int k = 0; k < 12; ++k) result = Give(k * kPeriod, At(k * kPeriod));
+  ASSERT_EQ(result.status, LioResult::Status::kTracking);
+  NavState corrected = result.estimates.back().state;
+  const Pose3 shift(ExpSo3(Eigen::Vector3d(0.0, 0.0, 0.4)), Eigen::Vector3d(5.0, -3.0, 0.5));
+  corrected.T_world_body = shift * corrected.T_world_body;
+  lio_.Correct(corrected);
+  result = Give(1.2, At(1.2));
+  ASSERT_EQ(result.status, LioResult::Status::kTracking);
+  EXPECT_GT(result.correspondences, 500);
+  const Vector6d error = BoxMinus(result.estimates.back().state.T_world_body, corrected.T_world_body);
+  EXPECT_LT(error.norm(), 0.01);
+}
+
+TEST(LioContract, NeedsALidar) {
+  Rig rig = test::MakeTestRig();
+  rig.lidar.reset();
+  StageTimes times;
+  EXPECT_THROW(Lio(LioConfig(), rig, times), ContractViolation);
+}
+
+}  // namespace
+}  // namespace mlvi

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/lio/registration.h"
+
+#include <gtest/gtest.h>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/lio/testing.h"
+
+namespace mlvi {
+namespace {
+
+constexpr Time kBegin = Time::FromNanoseconds(1'700'000'000'000'000'000);
+
+// A sensor standing still at `T`, as a motion.
+struct Still {
+  Pose3 T;
+  Pose3 At(double) const { return T; }
+};
+
+class RegistrationTest : public ::testing::Test {
+ protected:
+  SweepFeatures Features(const test::BoxWorld& world, const Pose3& T, std::uint64_t seed) const {
+    const LidarSweep sweep = test::Scan(world, Still{T}, *rig_.lidar, 0.0, kBegin, RandomStream(seed));
+    NavState state;
+    state.stamp = kBegin;
+    return ExtractFeatures(Deskew(sweep, std::vector<NavState>{state}, *rig_.lidar), sweep, *rig_.lidar, config_);
+  }
+  // A map of sweeps from several places.
+  LocalMap MapOf(const test::BoxWorld& world, std::uint64_t seed) const {
+    LocalMap map(config_.map);
+    for (int i = 0; i < 5; ++i) {
+      const Pose3 T(ExpSo3(Eigen::Vector3d(0.0, 0.1 * i, 0.5 * i)), Eigen::Vector3d(0.3 * i - 0.6, 0.1 * i, 0.0));
+      map.Insert(Features(world, T, seed * 100 + i), T);
+    }
+    return map;
+  }
+  static StateEstimate Prior(const Pose3& T, double sigma_m, double sigma_rad) {
+    StateEstimate prior;
+    prior.mean.nav.stamp = kBegin;
+    prior.mean.nav.T_world_body = T;
+    prior.covariance.diagonal().segment<3>(nav_index::kPosition).setConstant(sigma_m * sigma_m);
+    prior.covariance.diagonal().segment<3>(nav_index::kRotation).setConstant(sigma_rad * sigma_rad);
+    return prior;
+  }
+  RegistrationResult Run(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior) const {
+    return Register(features, map, prior, *rig_.lidar, {}, config_.registration, config_.degeneracy);
+  }
+
+  Rig rig_ = test::MakeTestRig();
+  LioConfig config_;
+  const Pose3 truth_{ExpSo3(Eigen::Vector3d(0.05, -0.1, 0.7)), {0.4, -0.3, 0.1}};
+};
+
+TEST_F(RegistrationTest, FindsThePoseFromAWrongPredictionInBothVariants) {
+  for (const LioVariant variant : {LioVariant::kDensePlane, LioVariant::kEdgePlane}) {
+    config_.variant = variant;
+    const LocalMap map = MapOf(test::FurnishedRoom(), 1);
+    const Vector6d offset = (Vector6d() << 0.15, -0.1, 0.1, 0.03, -0.03, 0.04).finished();
+    const RegistrationResult result =
+        Run(Features(test::FurnishedRoom(), truth_, 7), map, Prior(BoxPlus(truth_, offset), 0.1, 0.03));
+    EXPECT_TRUE(result.converged);
+    ASSERT_GT(result.correspondences, 500);
+    const Vector6d error = BoxMinus(result.estimate.mean.nav.T_world_body, truth_);
+    // 1 cm noise, hundreds of points on each pair of walls: 1 mm; fits across corners add as much again.
+    EXPECT_LT(error.head<3>().norm(), 0.005);
+    EXPECT_LT(error.tail<3>().norm(), 0.002);
+    EXPECT_FALSE(result.degeneracy.any());
+    EXPECT_LT(result.rms_residual, 0.03);
+  }
+}
+
+TEST_F(RegistrationTest, CovarianceCoversTheScatterOfRepeatedTrials) {
+  double nees_position = 0.0, nees_rotation = 0.0;
+  constexpr int kTrials = 20;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const LocalMap map = MapOf(test::FurnishedRoom(), 10 + trial);
+    RandomStream random(trial, "prior");
+    Vector6d offset;
+    for (int i = 0; i < 6; ++i) offset[i] = (i < 3 ? 0.05 : 0.02) * random.Normal();
+    const RegistrationResult result = Run(Features(test::FurnishedRoom(), truth_, 1000 + trial), map,
+                                          Prior(BoxPlus(truth_, offset), 0.05, 0.02));
+    const FilterVector error = BoxMinus(result.estimate.mean, Prior(truth_, 0.0, 0.0).mean);
+    const FilterMatrix& P = result.estimate.covariance;
+    const Eigen::Vector3d p = error.segment<3>(nav_index::kPosition), r = error.segment<3>(nav_index::kRotation);
+    nees_position += p.dot(P.block<3, 3>(0, 0).inverse() * p) / kTrials;
+    nees_rotation += r.dot(P.block<3, 3>(6, 6).inverse() * r) / kTrials;
+  }
+  // Three degrees of freedom: mean 3; the upper 99.9 % bound of the mean over 20 trials is 4.9. From below, the noise
+  // inflation for what neighbouring points share may make the covariance up to its square too large, not more.
+  EXPECT_LT(nees_position, 4.9);
+  EXPECT_LT(nees_rotation, 4.9);
+  const double inflation = config_.registration.noise_inflation;
+  EXPECT_GT(nees_position, 3.0 / (2.0 * inflation * inflation));
+  EXPECT_GT(nees_rotation, 3.0 / (2.0 * inflation * inflation));
+}
+
+TEST_F(RegistrationTest, InACorridorTheAxisIsFoundAndThePriorDecides) {
+  const test::BoxWorld corridor = test::EndlessCorridor();
+  rig_.lidar->max_range = 20.0;
+  const LocalMap map = MapOf(corridor, 1);
+  const Pose3 shifted(truth_.rotation(), truth_.translation() + Eigen::Vector3d(0.1, 0.04, -0.03));
+  const StateEstimate prior = Prior(shifted, 0.1, 0.01);
+  const RegistrationResult result = Run(Features(corridor, truth_, 7), map, prior);
+  ASSERT_EQ(result.degeneracy.translation_directions, 1);
+  EXPECT_EQ(result.degeneracy.rotation_directions, 0);
+  EXPECT_GT(std::abs(result.degeneracy.translation_axes(0, 0)), 0.999);
+  const Eigen::Vector3d p = result.estimate.mean.nav.T_world_body.translation();
+  EXPECT_NEAR(p.x(), shifted.translation().x(), 0.002);  // nothing but the prior
+  EXPECT_NEAR(p.y(), truth_.translation().y(), 0.005);   // the walls
+  EXPECT_NEAR(p.z(), truth_.translation().z(), 0.005);
+  EXPECT_NEAR(std::sqrt(result.estimate.covariance(0, 0)), 0.1, 0.01);
+  EXPECT_LT(std::sqrt(result.estimate.covariance(1, 1)), 0.01);
+}
+
+TEST_F(RegistrationTest, SaysSoWhenThereIsNothingToRegisterTo) {
+  const LocalMap empty(config_.map);
+  const StateEstimate prior = Prior(truth_, 0.1, 0.01);
+  const RegistrationResult result = Run(Features(test::FurnishedRoom(), truth_, 7), empty, prior);
+  EXPECT_EQ(result.correspondences, 0);
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(BoxMinus(result.estimate.mean, prior.mean).norm(), 0.0);
+}
+
+TEST_F(RegistrationTest, TheSameAtAnyNumberOfThreads) {
+  const LocalMap map = MapOf(test::FurnishedRoom(), 1);
+  const SweepFeatures features = Features(test::FurnishedRoom(), truth_, 7);
+  std::vector<RegistrationResult> results;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    results.push_back(Run(features, map, Prior(truth_, 0.1, 0.02)));
+  }
+  EXPECT_EQ(BoxMinus(results[0].estimate.mean, results[1].estimate.mean).norm(), 0.0);
+  EXPECT_EQ(results[0].estimate.covariance, results[1].estimate.covariance);
+}
+
+}  // namespace
+}  // namespace mlvi
