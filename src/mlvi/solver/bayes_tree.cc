@@ -178,7 +178,7 @@ void BayesTree::PlaceCoordinates(Clique* clique) {
     int offset = 0;
     for (std::size_t i = child.frontal_count; i < child.variables.size(); ++i) {
       const int v = child.variables[i], size = variables_.tangent_size(v), parent = local_[v];
-      Run* last = child.runs.empty() ? nullptr : &child.runs.back();
+      FrontRun* last = child.runs.empty() ? nullptr : &child.runs.back();
       // A run must not cross from the frontal to the separator part, which are stored apart.
       if (last != nullptr && last->parent + last->size == parent && parent != clique->frontal) {
         last->size += size;
@@ -225,62 +225,28 @@ BayesTree::Elimination BayesTree::Eliminate() {
   return result;
 }
 
-namespace {
-
-// Address of (row, column) of a front whose columns and rows count over both parts, row >= column. Rows are contiguous
-// within a part.
-double* Element(const Front& front, int row, int column) {
-  if (column >= front.frontal) {
-    return front.remainder + static_cast<std::size_t>(column - front.frontal) * front.remainder_stride() +
-           (row - front.frontal);
-  }
-  if (row >= front.frontal) return front.below(column) + (row - front.frontal);
-  return front.panel + static_cast<std::size_t>(column) * front.panel_stride() + row;
-}
-
-void AddTo(double* out, const double* in, int size) {
-  for (int i = 0; i < size; ++i) out[i] += in[i];
-}
-
-}  // namespace
-
-void BayesTree::AssembleFactor(const Factor& factor, Clique* clique) const {
+// Sums the factors of the clique and the remainders of its children in its front.
+void BayesTree::Assemble(Clique* clique) {
+  clique->panel.Reserve(clique->front().panel_size());
+  clique->remainder.Reserve(clique->front().remainder_size());
+  clique->diagonal.assign(clique->frontal + clique->separator, 0.0);
   const Front front = clique->front();
-  const int stride = factor.stride(), count = static_cast<int>(factor.variables.size());
-  const int last_row = front.frontal + front.separator;  // the right-hand side
-  for (int b = 0; b < count; ++b) {
-    for (int k = factor.start[b]; k < factor.start[b + 1]; ++k) {
-      const double* in = factor.hessian.data() + static_cast<std::size_t>(k) * stride;
-      const int column = factor.coordinate[b] + k - factor.start[b];
-      for (int a = 0; a < count; ++a) {
-        if (factor.coordinate[a] < factor.coordinate[b]) continue;  // H is symmetric: the lower triangle suffices
-        AddTo(Element(front, factor.coordinate[a], column), in + factor.start[a], factor.start[a + 1] - factor.start[a]);
-      }
-      *Element(front, last_row, column) += in[factor.dimension()];
-      clique->diagonal[column] += in[k];
+  ZeroFront(front);
+  for (const int f : clique->factors) {
+    const Factor& factor = factors_[f];
+    const int count = static_cast<int>(factor.variables.size()), stride = factor.stride();
+    AddSymmetric(factor.hessian.data(), stride, factor.start.data(), factor.coordinate.data(), count, front);
+    for (int i = 0; i < count; ++i) {
+      double* diagonal = clique->diagonal.data() + factor.coordinate[i];
+      for (int k = factor.start[i]; k < factor.start[i + 1]; ++k) *diagonal++ += factor.hessian.data()[k * (stride + 1)];
     }
   }
-}
-
-void BayesTree::AssembleChild(Clique* child, Clique* clique) {
-  const Front front = clique->front(), from = child->front();
-  const int stride = from.remainder_stride(), last_row = front.frontal + front.separator;
-  for (std::size_t b = 0; b < child->runs.size(); ++b) {
-    const Run& columns = child->runs[b];
-    for (int k = 0; k < columns.size; ++k) {
-      const double* in = from.remainder + static_cast<std::size_t>(columns.child + k) * stride;
-      const int column = columns.parent + k;
-      AddTo(Element(front, column, column), in + columns.child + k, columns.size - k);
-      for (std::size_t a = b + 1; a < child->runs.size(); ++a) {
-        const Run& rows = child->runs[a];
-        if (rows.parent > columns.parent) {
-          AddTo(Element(front, rows.parent, column), in + rows.child, rows.size);
-        } else {  // the parent's order is the other way round
-          for (int r = 0; r < rows.size; ++r) *Element(front, column, rows.parent + r) += in[rows.child + r];
-        }
-      }
-      *Element(front, last_row, column) += in[from.separator];
-      clique->diagonal[column] += child->diagonal[child->frontal + columns.child + k];
+  for (const int c : clique->children) {
+    Clique& child = cliques_[c];
+    AddChild(child.front(), child.runs.data(), static_cast<int>(child.runs.size()), front);
+    for (const FrontRun& run : child.runs) {
+      const double* in = child.diagonal.data() + child.frontal + run.child;
+      for (int k = 0; k < run.size; ++k) clique->diagonal[run.parent + k] += in[k];
     }
   }
 }
@@ -288,11 +254,7 @@ void BayesTree::AssembleChild(Clique* child, Clique* clique) {
 // Returns the variable at which the system is singular, or -1.
 int BayesTree::EliminateClique(int c) {
   Clique& clique = cliques_[c];
-  clique.panel.Reset(clique.front().panel_size());
-  clique.remainder.Reset(clique.front().remainder_size());
-  clique.diagonal.assign(clique.frontal + clique.separator, 0.0);
-  for (const int f : clique.factors) AssembleFactor(factors_[f], &clique);
-  for (const int child : clique.children) AssembleChild(&cliques_[child], &clique);
+  Assemble(&clique);
   const int bad = FactorizeFront(clique.front(), clique.diagonal.data(), kSingularPivot);
   if (bad < 0) return -1;
   int end = 0;

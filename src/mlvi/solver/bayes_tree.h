@@ -50,17 +50,13 @@ class BayesTree {
   }
 
  private:
-  // A part of a child's separator that is contiguous in the front of the parent, too.
-  struct Run {
-    int child = 0, parent = 0, size = 0;
-  };
   struct Clique {
     std::vector<int> variables;  // frontal ones first
     int frontal_count = 0;
     int frontal = 0, separator = 0;  // dimensions
     int parent = -1;
     std::vector<int> children, factors;
-    std::vector<Run> runs;  // of the separator in the parent's front
+    std::vector<FrontRun> runs;  // of the separator in the parent's front
     AlignedBuffer panel, remainder;
     // Per dimension of the front: the sum of the diagonals of all factors of this subtree, by which pivots are judged.
     std::vector<double> diagonal;
@@ -84,8 +80,7 @@ class BayesTree {
   int NewClique();
 
   int EliminateClique(int c);
-  void AssembleFactor(const Factor& factor, Clique* clique) const;
-  static void AssembleChild(Clique* child, Clique* clique);
+  void Assemble(Clique* clique);
   std::vector<int> DirtyBottomUp() const;
   bool SolveClique(int c, double wildfire);
   std::vector<int> PathsToRoots(const std::vector<int>& variables) const;

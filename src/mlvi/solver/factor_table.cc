@@ -115,7 +115,7 @@ bool FactorWorkspace::Linearize(const VariableTable& variables, Factor* factor) 
     for (int i = 0; i < rows * stride; ++i) augmented_.data()[i] *= weight;
   }
   factor->objective = 0.5 * rho[0];
-  factor->hessian.Reset(static_cast<std::size_t>(factor->dimension()) * stride);
+  factor->hessian.Reserve(static_cast<std::size_t>(factor->dimension()) * stride);
   FormHessian(augmented_.data(), rows, factor->dimension(), stride, factor->hessian.data());
   return true;
 }
@@ -133,17 +133,22 @@ double FactorWorkspace::Objective(const VariableTable& variables, const Factor& 
 }
 
 double FactorWorkspace::ModelError(const VariableTable& variables, const Factor& factor) {
-  step_.assign(factor.stride(), 0.0);
+  step_.assign(factor.stride(), 0.0);  // zero in the rows behind dimension()
   for (std::size_t i = 0; i < factor.variables.size(); ++i) {
     const int v = factor.variables[i];
     std::copy_n(variables.delta(v), variables.tangent_size(v), step_.data() + factor.start[i]);
   }
-  double model = factor.objective;  // + 1/2 d^T H d - b^T d
-  for (int k = 0; k < factor.dimension(); ++k) {
-    const double* column = factor.hessian.data() + static_cast<std::size_t>(k) * factor.stride();
-    double sum = 0.0;
-    for (int i = 0; i < factor.dimension(); ++i) sum += column[i] * step_[i];
-    model += step_[k] * (0.5 * sum - column[factor.dimension()]);
+  // H d, one vector of eight rows after the other; its row dimension() is b^T d.
+  double model = factor.objective;
+  const int dimension = factor.dimension();
+  for (int row = 0; row < factor.stride(); row += kVectorSize) {
+    Vector sum = {};
+    for (int k = 0; k < dimension; ++k) {
+      const double* column = factor.hessian.data() + static_cast<std::size_t>(k) * factor.stride();
+      sum += *reinterpret_cast<const Vector*>(column + row) * step_[k];
+    }
+    for (int i = 0; i < kVectorSize; ++i) model += 0.5 * sum[i] * step_[row + i];
+    if (dimension < row + kVectorSize) model -= sum[dimension - row];
   }
   return std::abs(Objective(variables, factor) - model);
 }

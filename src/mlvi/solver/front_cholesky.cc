@@ -109,33 +109,159 @@ MLVI_INLINE int Factorize(const Front& front, const double* diagonal, double tol
   return -1;
 }
 
-int FactorizeGeneric(const Front& front, const double* diagonal, double tolerance) {
-  return Factorize<1>(front, diagonal, tolerance);
-}
-#if MLVI_DISPATCH_X86
-__attribute__((target("avx2"))) int FactorizeAvx2(const Front& front, const double* diagonal, double tolerance) {
-  return Factorize<1>(front, diagonal, tolerance);
-}
-__attribute__((target("avx512f,prefer-vector-width=512"))) int FactorizeAvx512(const Front& front,
-                                                                             const double* diagonal,
-                                                                             double tolerance) {
-  return Factorize<2>(front, diagonal, tolerance);
-}
-#endif
-
 // Eight partial sums, added in a fixed order.
 MLVI_INLINE double Sum(const Vector& v) {
   return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]));
 }
 
+// x_j = y_j - <L_sf column j, x_separator> for the columns [begin, begin + kColumns).
+template <int kColumns>
+MLVI_INLINE void SubtractSeparator(const Front& front, int begin, const double* x_separator, double* x) {
+  const std::size_t stride = front.panel_stride();
+  const int rows = front.remainder_stride();
+  const double* below = front.below(begin);
+  Vector sum[kColumns] = {};
+  for (int i = 0; i < rows; i += kVectorSize) {
+    const Vector xi = Load(x_separator + i);
+    for (int j = 0; j < kColumns; ++j) sum[j] += Load(below + j * stride + i) * xi;
+  }
+  for (int j = 0; j < kColumns; ++j) x[begin + j] = below[j * stride + front.separator] - Sum(sum[j]);
+}
+
+MLVI_INLINE void Solve(const Front& front, const double* x_separator, double* x) {
+  int j = 0;
+  for (; j + kTileColumns <= front.frontal; j += kTileColumns) {
+    SubtractSeparator<kTileColumns>(front, j, x_separator, x);
+  }
+  for (; j < front.frontal; ++j) SubtractSeparator<1>(front, j, x_separator, x);
+  for (j = front.frontal - 1; j >= 0; --j) {
+    const double* column = front.panel + static_cast<std::size_t>(j) * front.panel_stride();
+    double value = x[j];
+    for (int i = j + 1; i < front.frontal; ++i) value -= column[i] * x[i];
+    x[j] = value / column[j];
+  }
+}
+
+// Address of (row, column), row >= column; rows are contiguous within the frontal and the separator part.
+MLVI_INLINE double* Element(const Front& front, int row, int column) {
+  if (column >= front.frontal) {
+    return front.remainder + static_cast<std::size_t>(column - front.frontal) * front.remainder_stride() +
+           (row - front.frontal);
+  }
+  if (row >= front.frontal) return front.below(column) + (row - front.frontal);
+  return front.panel + static_cast<std::size_t>(column) * front.panel_stride() + row;
+}
+// Doubles from one column to the next, at `column`.
+MLVI_INLINE std::size_t ColumnStride(const Front& front, int column) {
+  return column >= front.frontal ? front.remainder_stride() : front.panel_stride();
+}
+
+MLVI_INLINE void AddTo(double* __restrict out, const double* __restrict in, int size) {
+  for (int i = 0; i < size; ++i) out[i] += in[i];
+}
+
+MLVI_INLINE void AddColumns(const Front& child, const FrontRun* runs, int run_count, int index, const Front& parent) {
+  const FrontRun& columns = runs[index];
+  const std::size_t stride = child.remainder_stride(), out_stride = ColumnStride(parent, columns.parent);
+  const double* in = child.remainder + columns.child * stride;
+  double* diagonal = Element(parent, columns.parent, columns.parent);
+  double* right_side = Element(parent, parent.frontal + parent.separator, columns.parent);
+  for (int k = 0; k < columns.size; ++k) {
+    AddTo(diagonal + k * out_stride + k, in + k * stride + columns.child + k, columns.size - k);
+    right_side[k * out_stride] += in[k * stride + child.separator];
+  }
+  for (int a = index + 1; a < run_count; ++a) {
+    const FrontRun& rows = runs[a];
+    if (rows.parent > columns.parent) {
+      double* out = Element(parent, rows.parent, columns.parent);
+      for (int k = 0; k < columns.size; ++k) AddTo(out + k * out_stride, in + k * stride + rows.child, rows.size);
+    } else {  // the parent's order is the other way round
+      double* out = Element(parent, columns.parent, rows.parent);
+      const std::size_t row_stride = ColumnStride(parent, rows.parent);
+      for (int k = 0; k < columns.size; ++k) {
+        for (int r = 0; r < rows.size; ++r) out[r * row_stride + k] += in[k * stride + rows.child + r];
+      }
+    }
+  }
+}
+
+MLVI_INLINE void Add(const Front& child, const FrontRun* runs, int run_count, const Front& parent) {
+  for (int b = 0; b < run_count; ++b) AddColumns(child, runs, run_count, b, parent);
+}
+
+MLVI_INLINE void AddBlocks(const double* matrix, int stride, const int* start, const int* coordinate, int count,
+                           const Front& front) {
+  for (int b = 0; b < count; ++b) {
+    const std::size_t out_stride = ColumnStride(front, coordinate[b]);
+    const int columns = start[b + 1] - start[b];
+    const double* in = matrix + static_cast<std::size_t>(start[b]) * stride;
+    for (int a = 0; a < count; ++a) {
+      if (coordinate[a] < coordinate[b]) continue;  // symmetric: the lower triangle suffices
+      double* out = Element(front, coordinate[a], coordinate[b]);
+      const int rows = start[a + 1] - start[a];
+      for (int k = 0; k < columns; ++k) {
+        const double* column = in + static_cast<std::size_t>(k) * stride + start[a];
+        if (rows == 6) {
+          AddTo(out + k * out_stride, column, 6);
+        } else {
+          AddTo(out + k * out_stride, column, rows);
+        }
+      }
+    }
+    double* right_side = Element(front, front.frontal + front.separator, coordinate[b]);
+    for (int k = 0; k < columns; ++k) right_side[k * out_stride] += in[static_cast<std::size_t>(k) * stride + start[count]];
+  }
+}
+
+// The loops for one instruction set; see the functions of the same names in the header.
+struct Kernels {
+  int (*factorize)(const Front&, const double*, double);
+  void (*solve)(const Front&, const double*, double*);
+  void (*add_child)(const Front&, const FrontRun*, int, const Front&);
+  void (*add_symmetric)(const double*, int, const int*, const int*, int, const Front&);
+};
+
+#define MLVI_DEFINE_KERNELS(Name, kRows, target)                                                                     \
+  struct Name {                                                                                                      \
+    target static int RunFactorize(const Front& front, const double* diagonal, double tolerance) {                   \
+      return Factorize<kRows>(front, diagonal, tolerance);                                                           \
+    }                                                                                                                \
+    target static void RunSolve(const Front& front, const double* xs, double* x) { Solve(front, xs, x); }             \
+    target static void RunAdd(const Front& child, const FrontRun* runs, int run_count, const Front& parent) {        \
+      Add(child, runs, run_count, parent);                                                                           \
+    }                                                                                                                \
+    target static void RunAddBlocks(const double* matrix, int stride, const int* start, const int* coordinate,       \
+                                    int count, const Front& front) {                                                 \
+      AddBlocks(matrix, stride, start, coordinate, count, front);                                                    \
+    }                                                                                                                \
+    static constexpr Kernels kKernels = {RunFactorize, RunSolve, RunAdd, RunAddBlocks};                              \
+  };
+
+MLVI_DEFINE_KERNELS(Generic, 1, )
+#if MLVI_DISPATCH_X86
+MLVI_DEFINE_KERNELS(Avx2, 1, __attribute__((target("avx2"))))
+MLVI_DEFINE_KERNELS(Avx512, 2, __attribute__((target("avx512f,prefer-vector-width=512"))))
+#endif
+
+const Kernels& ChosenKernels() {
+#if MLVI_DISPATCH_X86
+  if (__builtin_cpu_supports("avx512f")) return Avx512::kKernels;
+  if (__builtin_cpu_supports("avx2")) return Avx2::kKernels;
+#endif
+  return Generic::kKernels;
+}
+
 }  // namespace
 
+void AlignedBuffer::Reserve(std::size_t size) {
+  if (size <= capacity_) return;
+  Release();
+  data_ = static_cast<double*>(::operator new(size * sizeof(double), kAlignment));
+  capacity_ = size;
+}
+
 void AlignedBuffer::Reset(std::size_t size) {
-  if (size > capacity_) {
-    Release();
-    data_ = static_cast<double*>(::operator new(size * sizeof(double), kAlignment));
-    capacity_ = size;
-  }
+  Reserve(size);
   if (size > 0) std::memset(data_, 0, size * sizeof(double));
 }
 
@@ -150,25 +276,33 @@ void AlignedBuffer::Swap(AlignedBuffer& other) noexcept {
   std::swap(capacity_, other.capacity_);
 }
 
+void ZeroFront(const Front& front) {
+  for (int part = 0; part < 2; ++part) {
+    double* column = part == 0 ? front.panel : front.remainder;
+    const int columns = part == 0 ? front.frontal : front.separator;
+    const int stride = part == 0 ? front.panel_stride() : front.remainder_stride();
+    for (int j = 0; j < columns; ++j, column += stride) {
+      const int row = VectorRow(j);
+      std::memset(column + row, 0, (stride - row) * sizeof(double));
+    }
+  }
+}
+
+void AddChild(const Front& child, const FrontRun* runs, int run_count, const Front& parent) {
+  ChosenKernels().add_child(child, runs, run_count, parent);
+}
+
+void AddSymmetric(const double* matrix, int stride, const int* start, const int* coordinate, int count,
+                  const Front& front) {
+  ChosenKernels().add_symmetric(matrix, stride, start, coordinate, count, front);
+}
+
 int FactorizeFront(const Front& front, const double* diagonal, double tolerance) {
-#if MLVI_DISPATCH_X86
-  if (__builtin_cpu_supports("avx512f")) return FactorizeAvx512(front, diagonal, tolerance);
-  if (__builtin_cpu_supports("avx2")) return FactorizeAvx2(front, diagonal, tolerance);
-#endif
-  return FactorizeGeneric(front, diagonal, tolerance);
+  return ChosenKernels().factorize(front, diagonal, tolerance);
 }
 
 void SolveFront(const Front& front, const double* x_separator, double* x) {
-  const int below_rows = front.remainder_stride();
-  for (int j = front.frontal - 1; j >= 0; --j) {
-    const double* below = front.below(j);
-    Vector sum = {};
-    for (int i = 0; i < below_rows; i += kVectorSize) sum += Load(below + i) * Load(x_separator + i);
-    const double* column = front.panel + static_cast<std::size_t>(j) * front.panel_stride();
-    double value = below[front.separator] - Sum(sum);
-    for (int i = j + 1; i < front.frontal; ++i) value -= column[i] * x[i];
-    x[j] = value / column[j];
-  }
+  ChosenKernels().solve(front, x_separator, x);
 }
 
 }  // namespace mlvi::internal

@@ -14,7 +14,7 @@ namespace mlvi::internal {
 inline constexpr int kVectorSize = 8;
 constexpr int PadRows(int rows) { return (rows + kVectorSize - 1) / kVectorSize * kVectorSize; }
 
-// Zeroed doubles on a cache-line boundary; memory is kept when the size shrinks.
+// Doubles on a cache-line boundary; memory is kept when the size shrinks.
 class AlignedBuffer {
  public:
   AlignedBuffer() = default;
@@ -25,6 +25,8 @@ class AlignedBuffer {
     return *this;
   }
 
+  // Contents undefined afterwards.
+  void Reserve(std::size_t size);
   // All zero afterwards.
   void Reset(std::size_t size);
   void Release();
@@ -56,6 +58,22 @@ struct Front {
     return panel + static_cast<std::size_t>(column) * panel_stride() + PadRows(frontal);
   }
 };
+
+// Sets the front to zero, but for what lies above the diagonal.
+void ZeroFront(const Front& front);
+
+// A part of a child's separator that is contiguous in the front of the parent, too. Coordinates of a front count over
+// its frontal and then its separator dimensions; a run lies in one of the two parts.
+struct FrontRun {
+  int child = 0, parent = 0, size = 0;
+};
+// Adds the remainder of a factorised child (multifrontal "extend-add"); `runs` cover its separator in order.
+void AddChild(const Front& child, const FrontRun* runs, int run_count, const Front& parent);
+
+// Adds a symmetric matrix of `count` x `count` blocks whose block i has offset start[i] in the matrix and `coordinate[i]`
+// in the front; `stride` doubles lie between its columns, and row start[count] holds the right-hand side.
+void AddSymmetric(const double* matrix, int stride, const int* start, const int* coordinate, int count,
+                  const Front& front);
 
 // In place: panel becomes [L_ff; L_sf; y^T] with L_ff L_ff^T = H_ff and L_ff y = b_f, remainder its Schur complement.
 // Returns -1, or the first column whose pivot is not above `tolerance` times `diagonal[column]`: the front is then spoilt.

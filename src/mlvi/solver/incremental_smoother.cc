@@ -61,12 +61,12 @@ class IncrementalSmoother::Impl {
 
  private:
   // The factors that one round linearises anew, without repetition.
-  std::vector<int> FactorsOf(const std::vector<int>& moved) const;
+  std::vector<int> FactorsOf(const std::vector<int>& moved);
   std::optional<Error> Linearize(const std::vector<int>& factors);
-  std::vector<int> FindStale(const std::vector<int>& changed) const;
+  std::vector<int> FindStale(const std::vector<int>& changed);
   std::optional<Error> Iterate(IncrementalSmootherSummary* summary);
   void Commit();
-  void RestoreCommitted(const std::vector<double>& estimates);
+  void RestoreCommitted();
   Error Describe(int factor) const;
 
   IncrementalSmootherConfig config_;
@@ -77,7 +77,10 @@ class IncrementalSmoother::Impl {
   // What the last successful Update knew, and what was taken away since.
   int committed_variables_ = 0, committed_factors_ = 0;
   std::vector<int> pending_removals_;
-  std::vector<char> is_removed_;  // per factor
+  std::vector<char> is_removed_;   // per factor
+  std::vector<char> factor_mark_;  // scratch per factor
+  std::vector<char> is_stale_;     // scratch per variable
+  std::vector<double> backup_;    // estimates before the Update, in case it fails
   std::vector<int> stale_;        // variables that the last Update should have linearised anew, had it had more rounds
   int factor_count_ = 0;
 };
@@ -124,14 +127,17 @@ Error IncrementalSmoother::Impl::Describe(int factor) const {
                            factor, names)};
 }
 
-std::vector<int> IncrementalSmoother::Impl::FactorsOf(const std::vector<int>& moved) const {
+std::vector<int> IncrementalSmoother::Impl::FactorsOf(const std::vector<int>& moved) {
+  factor_mark_.resize(factors_.size(), 0);
   std::vector<int> factors;
   for (const int v : moved) {
     for (const int f : factors_of_[v]) {
-      if (factors_[f].clique >= 0 && !is_removed_[f]) factors.push_back(f);
+      if (factors_[f].clique < 0 || is_removed_[f] || factor_mark_[f]) continue;
+      factor_mark_[f] = 1;
+      factors.push_back(f);
     }
   }
-  SortUnique(&factors);
+  for (const int f : factors) factor_mark_[f] = 0;
   return factors;
 }
 
@@ -147,27 +153,27 @@ std::optional<Error> IncrementalSmoother::Impl::Linearize(const std::vector<int>
 }
 
 // The variables that must be linearised anew after the steps of `changed` have changed.
-std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& changed) const {
+std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& changed) {
+  is_stale_.assign(variables_.size(), 0);
+  for (const int v : changed) is_stale_[v] = variables_.ScaledStep(v) > config_.relinearize_threshold;
   const std::vector<int> factors = FactorsOf(changed);
   std::vector<char> errs(factors.size(), 0);
   ParallelForChunks(factors.size(), kFactorGrain, [&](std::size_t begin, std::size_t end) {
     internal::FactorWorkspace workspace;
     for (std::size_t i = begin; i < end; ++i) {
-      const double error = workspace.ModelError(variables_, factors_[factors[i]]);
-      errs[i] = !(error <= config_.model_error_threshold);  // also NaN
+      const internal::Factor& factor = factors_[factors[i]];
+      if (std::ranges::all_of(factor.variables, [&](int v) { return is_stale_[v] != 0; })) continue;
+      errs[i] = !(workspace.ModelError(variables_, factor) <= config_.model_error_threshold);  // also NaN
     }
   });
-  std::vector<int> stale;
-  for (const int v : changed) {
-    if (variables_.ScaledStep(v) > config_.relinearize_threshold) stale.push_back(v);
-  }
   for (std::size_t i = 0; i < factors.size(); ++i) {
     if (!errs[i]) continue;
-    for (const int v : factors_[factors[i]].variables) {
-      if (variables_.ScaledStep(v) > 0.0) stale.push_back(v);
-    }
+    for (const int v : factors_[factors[i]].variables) is_stale_[v] |= variables_.ScaledStep(v) > 0.0;
   }
-  SortUnique(&stale);
+  std::vector<int> stale;
+  for (int v = 0; v < variables_.size(); ++v) {
+    if (is_stale_[v]) stale.push_back(v);
+  }
   return stale;
 }
 
@@ -179,7 +185,7 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
   if (std::optional<Error> error = Linearize(added)) return tl::unexpected(*error);
 
   IncrementalSmootherSummary summary;
-  const std::vector<double> estimates = variables_.estimates();
+  backup_ = variables_.estimates();
   std::vector<int> touched;
   for (int v = committed_variables_; v < variables_.size(); ++v) touched.push_back(v);
   for (const std::vector<int>* changed : {&added, &pending_removals_}) {
@@ -196,7 +202,7 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
 
   if (std::optional<Error> error = Iterate(&summary)) {
     for (std::size_t i = 0; i < removed.size(); ++i) factors_[pending_removals_[i]].cost = std::move(removed[i]);
-    RestoreCommitted(estimates);
+    RestoreCommitted();
     return tl::unexpected(*error);
   }
   Commit();
@@ -242,8 +248,8 @@ void IncrementalSmoother::Impl::Commit() {
 }
 
 // Back to the state of the last successful Update, with the same estimates and new linearisation points at them.
-void IncrementalSmoother::Impl::RestoreCommitted(const std::vector<double>& estimates) {
-  variables_.Restore(estimates);
+void IncrementalSmoother::Impl::RestoreCommitted() {
+  variables_.Restore(backup_);
   stale_.clear();
   tree_.Clear();
   std::vector<int> variables(committed_variables_), factors;
