@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "mlvi/io/euroc.h"
 #include "mlvi/io/text_table.h"
 #include "mlvi/io/tum.h"
 
@@ -34,22 +35,14 @@ bool IsEurocLine(const TableLine& line) {
   return line.words.size() >= 8 && line.words[0].size() >= 16 && IsInteger(line.words[0]);
 }
 
-Expected<mlvi::StampedPose> ParseEurocLine(const TableLine& line, const std::string& path) {
-  if (!IsEurocLine(line) || line.words[0].size() > 19) {
-    return MakeError(
-        kKind,
-        "{}:{}: expected an integer stamp in ns and x y z qw qx qy qz, as in the rows before", path,
-        line.number);
+Expected<mlvi::Trajectory> ReadEuroc(const std::string& path) {
+  const auto states = mlvi::ReadEurocGroundTruth(path);
+  if (!states) return tl::unexpected(states.error());
+  mlvi::Trajectory trajectory;
+  for (const mlvi::NavState& state : *states) {
+    trajectory.push_back({.stamp = state.stamp, .pose = state.T_world_body});
   }
-  const auto v = mlvi::Numbers(line, 1, 7, path);
-  if (!v) return tl::unexpected(v.error());
-  const Eigen::Quaterniond rotation((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
-  if (std::abs(rotation.norm() - 1.0) > 0.01) {
-    return MakeError(kKind, "{}:{}: quaternion norm {:.4f}; EuRoC's order is qw qx qy qz", path,
-                     line.number, rotation.norm());
-  }
-  return mlvi::StampedPose{.stamp = mlvi::Time::FromNanoseconds(std::stoll(line.words[0])),
-                           .pose = mlvi::Pose3(rotation, {(*v)[0], (*v)[1], (*v)[2]})};
+  return trajectory;
 }
 
 Expected<Eigen::Isometry3d> ParseKittiLine(const TableLine& line, const std::string& path) {
@@ -72,12 +65,10 @@ Expected<Eigen::Isometry3d> ParseKittiLine(const TableLine& line, const std::str
   return pose;
 }
 
-template <typename Pose, typename ParseLine>
-Expected<std::vector<Pose>> ParseAll(const std::vector<TableLine>& lines, const std::string& path,
-                                     const ParseLine& parse) {
-  std::vector<Pose> poses;
+Expected<std::vector<Eigen::Isometry3d>> ParseKitti(const std::vector<TableLine>& lines, const std::string& path) {
+  std::vector<Eigen::Isometry3d> poses;
   for (const TableLine& line : lines) {
-    auto pose = parse(line, path);
+    const auto pose = ParseKittiLine(line, path);
     if (!pose) return tl::unexpected(pose.error());
     poses.push_back(*pose);
   }
@@ -92,13 +83,11 @@ Expected<PoseFile> ReadPoseFile(const std::string& path) {
   const std::vector<TableLine> lines = mlvi::SplitTable(*text);
   if (lines.empty()) return MakeError(kKind, "{}: no pose in this file", path);
   if (lines[0].words.size() == 12) {
-    return ParseAll<Eigen::Isometry3d>(lines, path, ParseKittiLine).map([](auto&& poses) {
+    return ParseKitti(lines, path).map([](auto&& poses) {
       return PoseFile{.stamped = {}, .unstamped = std::move(poses)};
     });
   }
-  const auto trajectory = IsEurocLine(lines[0])
-                              ? ParseAll<mlvi::StampedPose>(lines, path, ParseEurocLine)
-                              : mlvi::ParseTum(*text, path);
+  const auto trajectory = IsEurocLine(lines[0]) ? ReadEuroc(path) : mlvi::ParseTum(*text, path);
   if (!trajectory) return tl::unexpected(trajectory.error());
   return PoseFile{.stamped = *trajectory, .unstamped = {}};
 }

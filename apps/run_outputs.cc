@@ -52,6 +52,7 @@ Expected<void> RunOutputs::WriteMap(const Slam& slam) const {
     }
   }
   if (auto closed = writer->Close(); !closed) return closed;
+  if (slam.odometry().empty()) return {};  // nothing to draw
   return picture.Save((folder_ / "map.png").string());
 }
 

@@ -31,7 +31,11 @@ endif()
 
 # Options of our own targets, never of those who link us (used PRIVATE).
 add_library(mlvi_build_options INTERFACE)
-target_compile_options(mlvi_build_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror)
+target_compile_options(mlvi_build_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
+  # Designated initialisers name what differs from the defaults; the rest is meant to be left out.
+  -Wno-missing-field-initializers
+  # GCC 12 reports optionals of Eigen types wrongly.
+  -Wno-maybe-uninitialized)
 # Results must not depend on how the compiler contracts a*b+c, so that every build type agrees.
 target_compile_options(mlvi_build_options INTERFACE -ffp-contract=off)
 if(CMAKE_BUILD_TYPE STREQUAL "Debug")

@@ -5,8 +5,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,7 +18,9 @@
 
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/io/bag_writer.h"
+#include "mlvi/io/raw_bag_writer.h"
 #include "mlvi/io/rig_file.h"
+#include "mlvi/io/ros_serialization.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
 
@@ -191,26 +191,20 @@ TEST_F(RunCommand, MissingTopicNamesThoseThatAreThere) {
 }
 
 TEST_F(RunCommand, UnknownPointLayoutNamesItsFields) {
-  rosbag::Bag bag(bag_, rosbag::bagmode::Write);
+  auto bag = RawBagWriter::Create(bag_, BagCompression::kNone);
+  ASSERT_TRUE(bag.has_value());
   const Rig rig = TestRig();
+  PointCloud2Data cloud;
+  cloud.fields = {{"distance_mm", 0, PointDatatype::kFloat32, 1}};
+  cloud.point_step = 4;
+  cloud.width = 10;
+  cloud.data.resize(40);
   for (int i = 0; i < 5; ++i) {
-    sensor_msgs::PointCloud2 cloud;
-    cloud.header.stamp = ros::Time(100 + i, 0);
-    cloud.height = 1;
-    cloud.width = 10;
-    cloud.fields.resize(1);
-    cloud.fields[0].name = "distance_mm";
-    cloud.fields[0].datatype = sensor_msgs::PointField::FLOAT32;
-    cloud.fields[0].count = 1;
-    cloud.point_step = 4;
-    cloud.row_step = 40;
-    cloud.data.resize(40);
-    bag.write(rig.lidar->topic, cloud.header.stamp, cloud);
-    sensor_msgs::Imu imu;
-    imu.header.stamp = cloud.header.stamp;
-    bag.write(rig.imu.topic, imu.header.stamp, imu);
+    cloud.stamp = Time::FromSeconds(100.0 + i);
+    ASSERT_TRUE((*bag)->Write(rig.lidar->topic, cloud.stamp, PointCloud2Message(cloud)));
+    ASSERT_TRUE((*bag)->Write(rig.imu.topic, cloud.stamp, ImuMessage({.stamp = cloud.stamp})));
   }
-  bag.close();
+  ASSERT_TRUE((*bag)->Close());
   const ProcessResult result = Run();
   EXPECT_EQ(result.exit_code, 2) << result.output;
   EXPECT_THAT(result.output, HasSubstr("distance_mm"));
@@ -286,9 +280,7 @@ TEST_F(RunCommand, BadRigs) {
   EXPECT_THAT(unknown.output, HasSubstr("maxrange"));
   EXPECT_THAT(unknown.output, HasSubstr("max_range"));
 
-  std::string missing_text = good;
-  missing_text.erase(missing_text.find("  rate_hz"), std::string("  rate_hz").size() + 5);
-  const ProcessResult missing = run_with(replaced("  topic: " + TestRig().imu.topic, ""));
+  const ProcessResult missing = run_with(replaced("  topic: \"" + TestRig().imu.topic + "\"\n", ""));
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.output, HasSubstr("topic"));
 

@@ -14,7 +14,7 @@ packages=(
   # base
   libfmt-dev libexpected-dev nlohmann-json3-dev libyaml-cpp-dev libcli11-dev
   # recordings and pictures
-  librosbag-storage-dev libroslz4-dev libsensor-msgs-dev pluginlib-dev
+  librosbag-storage-dev libroslz4-dev pluginlib-dev libbz2-dev liblz4-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
   # simulator
   libembree-dev

@@ -24,7 +24,9 @@ Expected<std::unique_ptr<BagWriter>> BagWriter::Create(const std::string& path, 
 }
 
 Expected<void> BagWriter::Write(const Measurement& measurement) {
-  const Time receipt = AvailableAt(measurement);
+  // The recorder's own clock goes on when a sensor's stamps jump back.
+  const Time receipt = std::max(AvailableAt(measurement), last_receipt_ + Duration::FromNanoseconds(1));
+  last_receipt_ = receipt;
   if (const auto* imu = std::get_if<ImuSample>(&measurement)) {
     return bag_->Write(rig_.imu.topic, receipt, ImuMessage(*imu));
   }

@@ -33,7 +33,8 @@ class BagWriter {
   static Expected<std::unique_ptr<BagWriter>> Create(const std::string& path, const Rig& rig,
                                                      const BagWriterOptions& options = {});
 
-  // Messages are to be written in the order of arrival; the receipt time is AvailableAt(measurement).
+  // Messages are to be written in the order of arrival; the receipt time is AvailableAt(measurement),
+  // later only where that would fall behind the message before.
   Expected<void> Write(const Measurement& measurement);
   // Writes the index and ends the file; a bag that was not closed has none.
   Expected<void> Close() { return bag_->Close(); }
@@ -44,6 +45,7 @@ class BagWriter {
   RosMessage SweepMessage(const LidarSweep& sweep) const;
 
   std::unique_ptr<RawBagWriter> bag_;
+  Time last_receipt_ = Time::FromNanoseconds(0);
   Rig rig_;
   BagWriterOptions options_;
 };

@@ -10,10 +10,12 @@
 namespace mlvi {
 namespace {
 
-// One sigma that the registered steps cannot undercut: the map is a single sweep old, its errors are shared.
+// One sigma that the registered steps cannot undercut: the map is a single sweep old, its errors
+// are shared.
 constexpr double kStepSigmaM = 0.01;
 constexpr double kStepSigmaRad = 0.002;
-// Gyroscope bias and scale before they are known, as a share of the interval and of the angle turned.
+// Gyroscope bias and scale before they are known, as a share of the interval and of the angle
+// turned.
 constexpr double kGyroscopeScale = 0.02;
 
 Matrix6d PoseChartCovariance(const StateEstimate& estimate) {
@@ -40,11 +42,18 @@ FilterMatrix GuessCovariance(double dt, double angle, double speed_sigma, const 
 
 }  // namespace
 
-std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity, const ImuBias& bias,
-                                     std::span<const ImuSample> samples) {
+Matrix6d StartInformation() {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(kStepSigmaM), Eigen::Vector3d::Constant(kStepSigmaRad);
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity,
+                                     const ImuBias& bias, std::span<const ImuSample> samples) {
   std::vector<NavState> states(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    states[i] = {.stamp = samples[i].stamp, .T_world_body = pose, .v_world_body = velocity, .bias = bias};
+    states[i] = {
+        .stamp = samples[i].stamp, .T_world_body = pose, .v_world_body = velocity, .bias = bias};
     if (i == 0) continue;
     const double dt = (samples[i].stamp - samples[i - 1].stamp).seconds();
     const Eigen::Vector3d rate =
@@ -56,7 +65,8 @@ std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& v
   return states;
 }
 
-Start::Start(const LioConfig& config, const Rig& rig) : config_(config), rig_(rig), map_(config.map) {}
+Start::Start(const LioConfig& config, const Rig& rig)
+    : config_(config), rig_(rig), map_(config.map) {}
 
 std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const ImuSample> imu) {
   for (const ImuSample& sample : imu) {
@@ -79,7 +89,8 @@ std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const I
   }
   map_.Insert(kept_.back().features, kept_.back().T_start_body);
   if (auto result = AtRest() ? TryStatic() : TryMoving()) return result;
-  while ((kept_.back().sweep.end() - kept_.front().sweep.end()).seconds() > config_.start.max_span) DropOldest();
+  while ((kept_.back().sweep.end() - kept_.front().sweep.end()).seconds() > config_.start.max_span)
+    DropOldest();
   return std::nullopt;
 }
 
@@ -91,14 +102,19 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
   if (samples.empty()) samples.push_back({.stamp = sweep.end()});
   const std::vector<NavState> trajectory = GyroTrajectory(start, velocity_, {}, samples);
   const DeskewedSweep deskewed = Deskew(sweep, trajectory, *rig_.lidar);
-  Kept kept{.sweep = sweep, .T_start_body = Pose3(), .covariance = Matrix6d::Identity() * 1e-6,
+  Kept kept{.sweep = sweep,
+            .T_start_body = Pose3(),
+            .covariance = Matrix6d::Identity() * 1e-6,
             .features = ExtractFeatures(deskewed, sweep, *rig_.lidar, config_)};
   if (first) return kept;
   const double dt = (sweep.end() - from).seconds();
-  const double angle = LogSo3(start.rotation().conjugate() * trajectory.back().T_world_body.rotation()).norm();
+  const double angle =
+      LogSo3(start.rotation().conjugate() * trajectory.back().T_world_body.rotation()).norm();
   // The speed is a guess until two sweeps are there, then it changes by acceleration.
-  const double speed_sigma = kept_.size() < 2 ? config_.start.max_speed : std::min(config_.start.max_speed, 4.0 * dt);
-  const StateEstimate prior{{.nav = trajectory.back()}, GuessCovariance(dt, angle, speed_sigma, rig_.imu)};
+  const double speed_sigma =
+      kept_.size() < 2 ? config_.start.max_speed : std::min(config_.start.max_speed, 4.0 * dt);
+  const StateEstimate prior{{.nav = trajectory.back()},
+                            GuessCovariance(dt, angle, speed_sigma, rig_.imu)};
   RegistrationConfig registration = config_.registration;
   registration.max_iterations = 3 * registration.max_iterations;
   const RegistrationResult result =
@@ -114,7 +130,8 @@ void Start::RebuildMap() {
   const std::vector<ImuSample> samples = SamplesBetween(imu_, first.sweep.stamp, first.sweep.end());
   if (!samples.empty()) {
     const auto trajectory = GyroTrajectory(Pose3(), velocity_, {}, samples);
-    first.features = ExtractFeatures(Deskew(first.sweep, trajectory, *rig_.lidar), first.sweep, *rig_.lidar, config_);
+    first.features = ExtractFeatures(Deskew(first.sweep, trajectory, *rig_.lidar), first.sweep,
+                                     *rig_.lidar, config_);
   }
   map_.Insert(first.features, first.T_start_body);
 }
@@ -122,8 +139,9 @@ void Start::RebuildMap() {
 void Start::DropOldest() {
   kept_.pop_front();
   const Time needed = kept_.front().sweep.stamp;
-  const auto keep = std::lower_bound(imu_.begin(), imu_.end(), needed,
-                                     [](const ImuSample& sample, Time t) { return sample.stamp < t; });
+  const auto keep =
+      std::lower_bound(imu_.begin(), imu_.end(), needed,
+                       [](const ImuSample& sample, Time t) { return sample.stamp < t; });
   if (keep != imu_.begin()) imu_.erase(imu_.begin(), keep - 1);
 }
 
@@ -143,7 +161,8 @@ std::optional<StartResult> Start::TryStatic() {
   }
   const auto at_rest = InitializeAtRest(imu_, rig_.imu, rig_.gravity, &why_);
   if (!at_rest || at_rest->states.empty()) return TryMoving();
-  StartResult result{.states = {}, .covariance = at_rest->covariance, .sweeps = {}, .method = "static"};
+  StartResult result{
+      .states = {}, .covariance = at_rest->covariance, .sweeps = {}, .method = "static"};
   for (const Kept& kept : kept_) {
     result.states.push_back(at_rest->states.back());
     result.states.back().stamp = kept.sweep.end();
@@ -155,21 +174,25 @@ std::optional<StartResult> Start::TryStatic() {
 std::optional<StartResult> Start::TryMoving() {
   const double span = (kept_.back().sweep.end() - kept_.front().sweep.end()).seconds();
   if (static_cast<int>(kept_.size()) < config_.start.min_sweeps || span < config_.start.min_span) {
-    why_ = fmt::format("a moving start needs {} sweeps over {:.1f} s, has {} over {:.1f} s", config_.start.min_sweeps,
-                       config_.start.min_span, kept_.size(), span);
+    why_ = fmt::format("a moving start needs {} sweeps over {:.1f} s, has {} over {:.1f} s",
+                       config_.start.min_sweeps, config_.start.min_span, kept_.size(), span);
     return std::nullopt;
   }
   std::vector<TimedPose> poses;
   for (const Kept& kept : kept_) {
-    poses.push_back({.stamp = kept.sweep.end(), .T_start_body = kept.T_start_body, .covariance = kept.covariance});
+    poses.push_back({.stamp = kept.sweep.end(),
+                     .T_start_body = kept.T_start_body,
+                     .covariance = kept.covariance});
   }
   auto initialization = InitializeFromPoses(poses, imu_, rig_.imu, rig_.gravity);
   if (!initialization) {
     why_ = initialization.error().message;
     return std::nullopt;
   }
-  StartResult result{.states = std::move(initialization->states), .covariance = initialization->covariance,
-                     .sweeps = {}, .method = initialization->method};
+  StartResult result{.states = std::move(initialization->states),
+                     .covariance = initialization->covariance,
+                     .sweeps = {},
+                     .method = initialization->method};
   for (const Kept& kept : kept_) result.sweeps.push_back(kept.sweep);
   return result;
 }

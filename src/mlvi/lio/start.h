@@ -20,23 +20,25 @@ struct StartResult {
   std::string method;  // "static" or "moving"
 };
 
-// Finds the first states. At rest: gravity and gyroscope bias from the IMU, once the registered sweeps agree that
-// nothing moves. Moving: sweeps are registered one after the other against a growing map in the frame of the first,
-// with the gyroscopes as rotation prior and the last speed as translation prior; gravity, velocities and biases then
-// follow from making these poses agree with the IMU (imu/initialization.h).
+// Finds the first states. At rest: gravity and gyroscope bias from the IMU, once the registered
+// sweeps agree that nothing moves. Moving: sweeps are registered one after the other against a
+// growing map in the frame of the first, with the gyroscopes as rotation prior and the last speed
+// as translation prior; gravity, velocities and biases then follow from making these poses agree
+// with the IMU (imu/initialization.h).
 class Start {
  public:
   Start(const LioConfig& config, const Rig& rig);
 
-  // Takes the next sweep and the samples up to its end. Empty while more is needed; why() tells what for.
+  // Takes the next sweep and the samples up to its end. Empty while more is needed; why() tells
+  // what for.
   std::optional<StartResult> Add(const LidarSweep& sweep, std::span<const ImuSample> imu);
   const std::string& why() const { return why_; }
 
  private:
   struct Kept {
     LidarSweep sweep;
-    Pose3 T_start_body;    // at the end of the sweep
-    Matrix6d covariance;   // of its registration, pose chart
+    Pose3 T_start_body;   // at the end of the sweep
+    Matrix6d covariance;  // of its registration, pose chart
     SweepFeatures features;
   };
 
@@ -56,9 +58,12 @@ class Start {
   std::string why_;
 };
 
-// States through `samples` with rotation by the gyroscopes and constant velocity, from `pose` at the first sample. For
-// deskewing and guessing before gravity and biases are known.
-std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity, const ImuBias& bias,
-                                     std::span<const ImuSample> samples);
+// What a registration of the start tells of a pose (pose chart): the floor that no step undercuts.
+Matrix6d StartInformation();
+
+// States through `samples` with rotation by the gyroscopes and constant velocity, from `pose` at
+// the first sample. For deskewing and guessing before gravity and biases are known.
+std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity,
+                                     const ImuBias& bias, std::span<const ImuSample> samples);
 
 }  // namespace mlvi

@@ -132,6 +132,9 @@ void Supervisor::Conclude() {
       report.health = {HealthLevel::kFailed, report.received == 0 ? "no measurement arrived" : "no measurement used"};
     } else if (static_cast<double>(lost) > config_.degraded_share * static_cast<double>(report.received)) {
       report.health = {HealthLevel::kDegraded, fmt::format("{} of {} measurements dropped", lost, report.received)};
+    } else if (report.dropped.contains("stamp goes back in time")) {
+      report.health = {HealthLevel::kDegraded, fmt::format("time jumped back, {} measurements dropped until it was passed",
+                                                           report.dropped.at("stamp goes back in time"))};
     } else if (report.gaps > 0) {
       report.health = {HealthLevel::kDegraded,
                        fmt::format("{} gaps, the longest {:.3f} s", report.gaps, report.longest_gap)};

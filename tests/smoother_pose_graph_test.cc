@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The incremental smoother on public pose graphs, fed one pose at a time, against Ceres over the same factors.
+#include <ceres/ceres.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "mlvi/factors/between_factor.h"
+#include "mlvi/factors/prior_factor.h"
+#include "mlvi/io/g2o.h"
+#include "mlvi/solver/incremental_smoother.h"
+
+namespace mlvi {
+namespace {
+
+std::filesystem::path GraphPath(const std::string& name) {
+  return std::filesystem::path(MLVI_SHARED_DATA_DIR) / "pose_graphs" / (name + ".g2o");
+}
+
+// A graph whose pose ids count from zero, in the smoother and in Ceres.
+class PoseGraphRun {
+ public:
+  PoseGraphRun(const PoseGraph& graph, const IncrementalSmootherConfig& config)
+      : graph_(graph), smoother(config), manifold_(std::make_shared<PoseManifold>()) {
+    prior_ = std::make_shared<PosePriorFactor>(graph.poses.at(0), Matrix6d(1e4 * Matrix6d::Identity()));
+    for (const PoseGraph::Edge& edge : graph.edges) {
+      factors_.push_back(std::make_shared<BetweenFactor>(edge.T_from_to, SqrtInformation(edge.information)));
+      arriving_[std::max(edge.from, edge.to)].push_back(factors_.size() - 1);
+    }
+  }
+
+  void Feed() {
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(graph_.poses.size()); ++i) {
+      Pose3 guess = graph_.poses.at(0);
+      for (const std::size_t e : arriving_[i]) {
+        const PoseGraph::Edge& edge = graph_.edges[e];
+        if (edge.from == i - 1) guess = LoadPose(smoother.Estimate(ids.back()).data()) * edge.T_from_to;
+      }
+      std::array<double, kPoseBlockSize> block;
+      StorePose(guess, block.data());
+      ids.push_back(smoother.AddVariable(block, manifold_));
+      if (i == 0) smoother.AddFactor(prior_, nullptr, {ids[0]});
+      for (const std::size_t e : arriving_[i]) {
+        smoother.AddFactor(factors_[e], nullptr, {ids[graph_.edges[e].from], ids[graph_.edges[e].to]});
+      }
+      const auto summary = smoother.Update();
+      ASSERT_TRUE(summary) << summary.error().message;
+    }
+  }
+
+  // From the smoother's estimate. The caller asks `problem` for covariances while this object lives.
+  double SolveBatch(ceres::Problem* problem) {
+    blocks.resize(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      std::ranges::copy(smoother.Estimate(ids[i]), blocks[i].begin());
+      problem->AddParameterBlock(blocks[i].data(), kPoseBlockSize, manifold_.get());
+    }
+    problem->AddResidualBlock(prior_.get(), nullptr, blocks[0].data());
+    for (std::size_t e = 0; e < factors_.size(); ++e) {
+      const PoseGraph::Edge& edge = graph_.edges[e];
+      problem->AddResidualBlock(factors_[e].get(), nullptr, blocks[edge.from].data(), blocks[edge.to].data());
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.max_num_iterations = 100;
+    options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-15;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, problem, &summary);
+    return summary.final_cost;
+  }
+
+  static ceres::Problem::Options Borrowing() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+
+ private:
+  const PoseGraph& graph_;
+
+ public:
+  IncrementalSmoother smoother;
+  std::vector<VariableId> ids;
+  std::vector<std::array<double, kPoseBlockSize>> blocks;
+
+ private:
+  std::shared_ptr<PoseManifold> manifold_;
+  std::shared_ptr<PosePriorFactor> prior_;
+  std::vector<std::shared_ptr<BetweenFactor>> factors_;
+  std::map<std::int64_t, std::vector<std::size_t>> arriving_;
+};
+
+class SmallGraph : public testing::TestWithParam<std::string> {};
+
+// At the optimum, so that both covariances are linearised at the same point.
+TEST_P(SmallGraph, ObjectiveAndMarginalsEqualBatch) {
+  if (!std::filesystem::exists(GraphPath(GetParam()))) GTEST_SKIP() << GraphPath(GetParam()) << " is absent";
+  const auto graph = ReadG2o(GraphPath(GetParam()));
+  ASSERT_TRUE(graph) << graph.error().message;
+  PoseGraphRun run(*graph, {.relinearize_threshold = 1e-9,
+                            .model_error_threshold = 1e-10,
+                            .wildfire_threshold = 0.0,
+                            .urgency = 1.0,
+                            .max_rounds = 20});
+  run.Feed();
+  ceres::Problem problem(PoseGraphRun::Borrowing());
+  const double optimum = run.SolveBatch(&problem);
+  EXPECT_NEAR(run.smoother.Objective(), optimum, 1e-8 * optimum);
+
+  ceres::Covariance covariance({});
+  std::vector<std::pair<const double*, const double*>> pairs;
+  for (const auto& block : run.blocks) {
+    pairs.emplace_back(block.data(), block.data());
+    pairs.emplace_back(run.blocks[1].data(), block.data());
+  }
+  ASSERT_TRUE(covariance.Compute(pairs, &problem));
+  for (std::size_t i = 2; i < run.ids.size(); ++i) {
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> marginal, cross;
+    covariance.GetCovarianceBlockInTangentSpace(run.blocks[i].data(), run.blocks[i].data(), marginal.data());
+    covariance.GetCovarianceBlockInTangentSpace(run.blocks[1].data(), run.blocks[i].data(), cross.data());
+    const Eigen::MatrixXd joint = run.smoother.MarginalCovariance(std::array{run.ids[1], run.ids[i]});
+    EXPECT_LT((run.smoother.MarginalCovariance(run.ids[i]) - marginal).norm(), 1e-6 * marginal.norm()) << i;
+    EXPECT_LT((joint.bottomRightCorner<6, 6>() - marginal).norm(), 1e-6 * marginal.norm()) << i;
+    EXPECT_LT((joint.topRightCorner<6, 6>() - cross).norm(), 1e-6 * marginal.norm()) << i;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(PublicGraphs, SmallGraph, testing::Values("tinyGrid3D", "smallGrid3D"));
+
+// With the default thresholds, within 0.1 % of the optimum.
+TEST(PublicGraph, ParkingGarageEndsAtTheOptimum) {
+  if (!std::filesystem::exists(GraphPath("parking-garage"))) GTEST_SKIP() << "parking-garage.g2o is absent";
+  const auto graph = ReadG2o(GraphPath("parking-garage"));
+  ASSERT_TRUE(graph) << graph.error().message;
+  PoseGraphRun run(*graph, {});
+  run.Feed();
+  ceres::Problem problem(PoseGraphRun::Borrowing());
+  const double optimum = run.SolveBatch(&problem);
+  EXPECT_NEAR(optimum, 0.6342, 1e-3);
+  EXPECT_LT(run.smoother.Objective(), 1.001 * optimum);
+}
+
+}  // namespace
+}  // namespace mlvi
