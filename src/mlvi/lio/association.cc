@@ -19,11 +19,12 @@ struct Context {
   const AssociationOptions& options;
   const RegistrationConfig& config;
   Eigen::Matrix3d R;
-  double search_distance;
+  double position_variance;  // m^2, of the pose, all three directions
+  double rotation_variance;  // rad^2
 };
 
-// Variance of a measured point along `normal`: range noise along the beam, beam noise across it, map noise of the fit
-// at the place of the point (constant part and tilt).
+// Variance of a measured point along `normal`: range noise along the beam, beam noise across it,
+// map noise of the fit at the place of the point (constant part and tilt).
 double Variance(const Context& context, const Eigen::Vector3d& beam_world, double range,
                 const Eigen::Vector3d& normal, double fit_variance) {
   const double cosine = beam_world.dot(normal);
@@ -34,12 +35,14 @@ double Variance(const Context& context, const Eigen::Vector3d& beam_world, doubl
 
 // Half-axes of the uncertainty of direction `axis` of a fit towards its direction `towards`.
 Eigen::Vector3d Tilt(const LocalFit& fit, int towards) {
-  return fit.axes.col(towards) * std::sqrt(fit.point_variance / (fit.count * fit.variances[towards]));
+  return fit.axes.col(towards) *
+         std::sqrt(fit.point_variance / (fit.count * fit.variances[towards]));
 }
 
-// Adds the constraint along `normal`, unless its residual is an outlier even under the uncertainty of the pose.
-void Add(const Context& context, const Eigen::Vector3d& point, const LocalFit& fit, const Eigen::Vector3d& normal,
-         double fit_variance, std::vector<Correspondence>& out) {
+// Adds the constraint along `normal`, unless its residual is an outlier even under the uncertainty
+// of the pose.
+void Add(const Context& context, const Eigen::Vector3d& point, const LocalFit& fit,
+         const Eigen::Vector3d& normal, double fit_variance, std::vector<Correspondence>& out) {
   const Eigen::Vector3d offset = point - context.options.p_body_lidar;
   const double range = std::max(offset.norm(), 1e-3);
   Correspondence c{.point = point, .anchor = fit.centroid, .normal = normal};
@@ -47,7 +50,8 @@ void Add(const Context& context, const Eigen::Vector3d& point, const LocalFit& f
   Vector6d h;
   h << normal, point.cross(context.R.transpose() * normal);
   c.gate = h.dot(context.options.pose_covariance * h);
-  const double residual = normal.dot(context.R * point + context.options.T_world_body.translation() - fit.centroid);
+  const double residual =
+      normal.dot(context.R * point + context.options.T_world_body.translation() - fit.centroid);
   const double limit = kGateSigmas * context.config.robust_width;
   if (residual * residual > limit * limit * (c.variance + c.gate)) return;
   out.push_back(c);
@@ -55,12 +59,15 @@ void Add(const Context& context, const Eigen::Vector3d& point, const LocalFit& f
 
 void AddPlane(const Context& context, const Eigen::Vector3f& body, const Neighbors& neighbors,
               std::vector<Correspondence>& out) {
-  const auto fit = FitPlane(neighbors, context.config.max_plane_thickness, context.config.min_map_noise);
+  const auto fit =
+      FitPlane(neighbors, context.config.max_plane_thickness, context.config.min_map_noise);
   if (!fit) return;
   const Eigen::Vector3d point = body.cast<double>();
-  const Eigen::Vector3d d = context.R * point + context.options.T_world_body.translation() - fit->centroid;
+  const Eigen::Vector3d d =
+      context.R * point + context.options.T_world_body.translation() - fit->centroid;
   const Eigen::Vector3d local = fit->axes.transpose() * d;
-  const double leverage = 1.0 + local[1] * local[1] / fit->variances[1] + local[2] * local[2] / fit->variances[2];
+  const double leverage =
+      1.0 + local[1] * local[1] / fit->variances[1] + local[2] * local[2] / fit->variances[2];
   const std::size_t before = out.size();
   Add(context, point, *fit, fit->axes.col(0), fit->point_variance * leverage / fit->count, out);
   if (out.size() == before) return;
@@ -70,22 +77,34 @@ void AddPlane(const Context& context, const Eigen::Vector3f& body, const Neighbo
 
 void AddLine(const Context& context, const Eigen::Vector3f& body, const Neighbors& neighbors,
              std::vector<Correspondence>& out) {
-  const auto fit = FitLine(neighbors, context.config.max_plane_thickness, context.config.min_map_noise);
+  const auto fit =
+      FitLine(neighbors, context.config.max_plane_thickness, context.config.min_map_noise);
   if (!fit) return;
   const Eigen::Vector3d point = body.cast<double>();
-  const Eigen::Vector3d d = context.R * point + context.options.T_world_body.translation() - fit->centroid;
+  const Eigen::Vector3d d =
+      context.R * point + context.options.T_world_body.translation() - fit->centroid;
   const double along = fit->axes.col(2).dot(d);
   const double leverage = 1.0 + along * along / fit->variances[2];
   for (int axis = 0; axis < 2; ++axis) {
     const std::size_t before = out.size();
-    Add(context, point, *fit, fit->axes.col(axis), fit->point_variance * leverage / fit->count, out);
+    Add(context, point, *fit, fit->axes.col(axis), fit->point_variance * leverage / fit->count,
+        out);
     if (out.size() > before) out.back().tilt_a = Tilt(*fit, 2);
   }
 }
 
+// Neighbours may be as far away as the pose is uncertain at the place of the point.
+float SearchDistance(const Context& context, const Eigen::Vector3f& point) {
+  const double variance =
+      context.position_variance + point.squaredNorm() * context.rotation_variance;
+  return static_cast<float>(std::clamp(3.0 * std::sqrt(variance),
+                                       context.config.max_neighbor_distance,
+                                       context.config.max_search_distance));
+}
+
 template <typename AddOne>
-void AssociateCloud(const Context& context, const PointCloud& cloud, const VoxelMap& map, const AddOne& add,
-                    std::vector<Correspondence>& out) {
+void AssociateCloud(const Context& context, const PointCloud& cloud, const VoxelMap& map,
+                    const AddOne& add, std::vector<Correspondence>& out) {
   std::vector<std::vector<Correspondence>> parts((cloud.size() + kGrain - 1) / kGrain);
   ParallelForChunks(cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Correspondence>& part = parts[begin / kGrain];
@@ -94,28 +113,25 @@ void AssociateCloud(const Context& context, const PointCloud& cloud, const Voxel
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector3d world =
           context.R * cloud[i].cast<double>() + context.options.T_world_body.translation();
-      map.KNearest(world.cast<float>(), context.config.neighbors,
-                   static_cast<float>(context.search_distance), neighbors);
+      map.KNearest(world.cast<float>(), context.config.neighbors, SearchDistance(context, cloud[i]),
+                   neighbors);
       if (neighbors.count == context.config.neighbors) add(context, cloud[i], neighbors, part);
     }
   });
   for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
 }
 
-// Neighbours may be as far away as the pose is uncertain.
-double SearchDistance(const AssociationOptions& options, const RegistrationConfig& config) {
-  const double sigma = std::sqrt(options.pose_covariance.topLeftCorner<3, 3>().trace());
-  return std::clamp(3.0 * sigma, config.max_neighbor_distance, config.max_search_distance);
-}
-
 }  // namespace
 
 std::vector<Correspondence> Associate(const SweepFeatures& features, const LocalMap& map,
-                                      const AssociationOptions& options, const RegistrationConfig& config) {
-  const Context context{.options = options,
-                        .config = config,
-                        .R = options.T_world_body.R(),
-                        .search_distance = SearchDistance(options, config)};
+                                      const AssociationOptions& options,
+                                      const RegistrationConfig& config) {
+  const Context context{
+      .options = options,
+      .config = config,
+      .R = options.T_world_body.R(),
+      .position_variance = options.pose_covariance.topLeftCorner<3, 3>().trace(),
+      .rotation_variance = options.pose_covariance.bottomRightCorner<3, 3>().trace()};
   std::vector<Correspondence> result;
   result.reserve(features.planes.size() + 2 * features.edges.size());
   AssociateCloud(context, features.planes, map.planes(), AddPlane, result);

@@ -9,29 +9,33 @@
 
 namespace mlvi {
 
-// One scalar constraint: normal . (T_world_body point - anchor) = 0 with the given variance. A point on a line gives
-// two of them.
+// One scalar constraint: normal . (T_world_body point - anchor) = 0 with the given variance. A
+// point on a line gives two of them.
 struct Correspondence {
   Eigen::Vector3d point;   // body frame
   Eigen::Vector3d anchor;  // world frame
   Eigen::Vector3d normal;  // world frame, unit
   double variance = 0.0;   // m^2: range and beam noise of the point, noise of the fit at the point
-  double gate = 0.0;       // m^2: what the uncertainty of the pose adds to the variance when outliers are told
-  // Standard deviations (rad) of the normal towards two perpendicular directions, along those; world frame.
+  double gate =
+      0.0;  // m^2: what the uncertainty of the pose adds to the variance when outliers are told
+  // Standard deviations (rad) of the normal towards two perpendicular directions, along those;
+  // world frame.
   Eigen::Vector3d tilt_a = Eigen::Vector3d::Zero();
   Eigen::Vector3d tilt_b = Eigen::Vector3d::Zero();
 };
 
 struct AssociationOptions {
   Pose3 T_world_body;
-  Matrix6d pose_covariance;      // world position, body rotation: gates outliers and widens the search
+  Matrix6d pose_covariance;  // world position, body rotation: gates outliers and widens the search
   Eigen::Vector3d p_body_lidar;  // where beams start
   double range_noise = 0.02;     // m
   double beam_noise = 0.001;     // rad
 };
 
-// Fits planes and lines of the map to the features of a sweep, each at its place by `options.T_world_body`.
+// Fits planes and lines of the map to the features of a sweep, each at its place by
+// `options.T_world_body`.
 std::vector<Correspondence> Associate(const SweepFeatures& features, const LocalMap& map,
-                                      const AssociationOptions& options, const RegistrationConfig& config);
+                                      const AssociationOptions& options,
+                                      const RegistrationConfig& config);
 
 }  // namespace mlvi

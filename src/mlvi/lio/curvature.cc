@@ -16,8 +16,8 @@ constexpr int kSectors = 6;
 constexpr int kEdgesPerSector = 20;
 constexpr float kEdgeRatio = 0.25F, kPlaneRatio = 0.1F;
 constexpr float kEdgeSigmas = 4.0F, kPlaneSigmas = 2.0F;
-constexpr float kJump = 0.3F;           // m between neighbours of a ring
-constexpr float kGrazing = 0.02F;       // of the range, to both neighbours
+constexpr float kJump = 0.3F;      // m between neighbours of a ring
+constexpr float kGrazing = 0.02F;  // of the range, to both neighbours
 constexpr float kAzimuthGapSteps = 3.0F;
 
 enum class Kind : std::uint8_t { kNone, kEdge, kPlane };
@@ -42,8 +42,12 @@ std::vector<Ring> SplitIntoRings(const DeskewedSweep& deskewed, const LidarSweep
 
 // By firing time; without times by azimuth (either way round, curvature is symmetric).
 void SortByFiring(const DeskewedSweep& deskewed, const LidarSweep& sweep, Ring& ring) {
-  const auto point = [&](std::size_t i) -> const LidarPoint& { return sweep.points[deskewed.sources[i]]; };
-  const auto azimuth = [&](std::size_t i) { return std::atan2(point(i).position.y(), point(i).position.x()); };
+  const auto point = [&](std::size_t i) -> const LidarPoint& {
+    return sweep.points[deskewed.sources[i]];
+  };
+  const auto azimuth = [&](std::size_t i) {
+    return std::atan2(point(i).position.y(), point(i).position.x());
+  };
   const auto before = [&](std::size_t a, std::size_t b) {
     return sweep.has_times ? point(a).offset_ns < point(b).offset_ns : azimuth(a) < azimuth(b);
   };
@@ -69,31 +73,41 @@ std::vector<bool> Usable(const DeskewedSweep& deskewed, const LidarSweep& sweep,
   };
   for (int i = 0; i + 1 < n; ++i) {
     const float rise = ring.range[i + 1] - ring.range[i];
-    if (steps[i] > gap) rule_out(i - kHalfWindow + 1, i + kHalfWindow);
-    else if (rise > kJump) rule_out(i + 1, i + 1 + kHalfWindow);
-    else if (rise < -kJump) rule_out(i - kHalfWindow, i);
+    if (steps[i] > gap)
+      rule_out(i - kHalfWindow + 1, i + kHalfWindow);
+    else if (rise > kJump)
+      rule_out(i + 1, i + 1 + kHalfWindow);
+    else if (rise < -kJump)
+      rule_out(i - kHalfWindow, i);
     if (i == 0) continue;
     const float limit = kGrazing * ring.range[i];
-    if (std::abs(rise) > limit && std::abs(ring.range[i] - ring.range[i - 1]) > limit) usable[i] = false;
+    if (std::abs(rise) > limit && std::abs(ring.range[i] - ring.range[i - 1]) > limit)
+      usable[i] = false;
   }
   rule_out(0, kHalfWindow - 1);
   rule_out(n - kHalfWindow, n - 1);
   return usable;
 }
 
-void Classify(const DeskewedSweep& deskewed, const std::vector<bool>& usable, float sigma, Ring& ring) {
+void Classify(const DeskewedSweep& deskewed, const std::vector<bool>& usable, float sigma,
+              Ring& ring) {
   const int n = static_cast<int>(ring.index.size());
   for (int i = kHalfWindow; i < n - kHalfWindow; ++i) {
     if (!usable[i]) continue;
-    const auto point = [&](int j) -> const Eigen::Vector3f& { return deskewed.points[ring.index[j]]; };
+    const auto point = [&](int j) -> const Eigen::Vector3f& {
+      return deskewed.points[ring.index[j]];
+    };
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int j = 1; j <= kHalfWindow; ++j) sum += (point(i - j) - point(i)) + (point(i + j) - point(i));
+    for (int j = 1; j <= kHalfWindow; ++j)
+      sum += (point(i - j) - point(i)) + (point(i + j) - point(i));
     const float d = sum.norm() / (2 * kHalfWindow);
-    const float length =
-        0.5F * ((point(i - kHalfWindow) - point(i)).norm() + (point(i + kHalfWindow) - point(i)).norm());
+    const float length = 0.5F * ((point(i - kHalfWindow) - point(i)).norm() +
+                                 (point(i + kHalfWindow) - point(i)).norm());
     ring.sharpness[i] = d / length;
-    if (d > kEdgeRatio * length && d > kEdgeSigmas * sigma) ring.kind[i] = Kind::kEdge;
-    else if (d < kPlaneRatio * length + kPlaneSigmas * sigma) ring.kind[i] = Kind::kPlane;
+    if (d > kEdgeRatio * length && d > kEdgeSigmas * sigma)
+      ring.kind[i] = Kind::kEdge;
+    else if (d < kPlaneRatio * length + kPlaneSigmas * sigma)
+      ring.kind[i] = Kind::kPlane;
   }
 }
 
@@ -107,8 +121,9 @@ void PickEdges(const Ring& ring, int begin, int end, std::vector<std::size_t>& e
                    [&](int a, int b) { return ring.sharpness[a] > ring.sharpness[b]; });
   std::vector<int> picked;
   for (const int candidate : candidates) {
-    const bool taken = std::any_of(picked.begin(), picked.end(),
-                                   [&](int other) { return std::abs(other - candidate) <= kHalfWindow; });
+    const bool taken = std::any_of(picked.begin(), picked.end(), [&](int other) {
+      return std::abs(other - candidate) <= kHalfWindow;
+    });
     if (taken) continue;
     picked.push_back(candidate);
     edges.push_back(ring.index[candidate]);
@@ -116,7 +131,8 @@ void PickEdges(const Ring& ring, int begin, int end, std::vector<std::size_t>& e
   }
 }
 
-CurvatureFeatures OfRing(const DeskewedSweep& deskewed, const LidarSweep& sweep, float sigma, Ring& ring) {
+CurvatureFeatures OfRing(const DeskewedSweep& deskewed, const LidarSweep& sweep, float sigma,
+                         Ring& ring) {
   CurvatureFeatures features;
   const int n = static_cast<int>(ring.index.size());
   if (n < 4 * kHalfWindow) return features;
@@ -127,7 +143,8 @@ CurvatureFeatures OfRing(const DeskewedSweep& deskewed, const LidarSweep& sweep,
   ring.sharpness.assign(n, 0.0F);
   ring.kind.assign(n, Kind::kNone);
   Classify(deskewed, Usable(deskewed, sweep, ring), sigma, ring);
-  for (int s = 0; s < kSectors; ++s) PickEdges(ring, n * s / kSectors, n * (s + 1) / kSectors, features.edges);
+  for (int s = 0; s < kSectors; ++s)
+    PickEdges(ring, n * s / kSectors, n * (s + 1) / kSectors, features.edges);
   for (int i = 0; i < n; ++i) {
     if (ring.kind[i] == Kind::kPlane) features.planes.push_back(ring.index[i]);
   }
@@ -136,7 +153,8 @@ CurvatureFeatures OfRing(const DeskewedSweep& deskewed, const LidarSweep& sweep,
 
 }  // namespace
 
-CurvatureFeatures FindEdgesAndPlanes(const DeskewedSweep& deskewed, const LidarSweep& sweep, double range_noise) {
+CurvatureFeatures FindEdgesAndPlanes(const DeskewedSweep& deskewed, const LidarSweep& sweep,
+                                     double range_noise) {
   MLVI_CHECK(sweep.has_rings, "a sweep of {} points without rings", sweep.points.size());
   std::vector<Ring> rings = SplitIntoRings(deskewed, sweep);
   std::vector<CurvatureFeatures> parts(rings.size());

@@ -13,7 +13,8 @@ namespace {
 
 constexpr Time kBegin = Time::FromNanoseconds(1'700'000'000'000'000'000);
 
-// Distance to the nearest upright edge of the world: the corners of the room and of each box, seen from above.
+// Distance to the nearest upright edge of the world: the corners of the room and of each box, seen
+// from above.
 double DistanceToUprightEdge(const test::BoxWorld& world, const Eigen::Vector3d& point) {
   double best = std::numeric_limits<double>::infinity();
   const auto try_box = [&](const test::Box& box) {
@@ -33,7 +34,8 @@ class CurvatureTest : public ::testing::Test {
   CurvatureTest() {
     // Pillars only: the edges of a table top also cross the rings.
     world_.obstacles.pop_back();
-    sweep_ = test::Scan(world_, motion_, *rig_.lidar, 0.0, kBegin, RandomStream(3), {.columns = 1800});
+    sweep_ =
+        test::Scan(world_, motion_, *rig_.lidar, 0.0, kBegin, RandomStream(3), {.columns = 1800});
     NavState still;
     still.stamp = kBegin;
     deskewed_ = Deskew(sweep_, std::vector<NavState>{still}, *rig_.lidar);
@@ -53,8 +55,10 @@ TEST_F(CurvatureTest, EdgesLieAtEdges) {
   for (const std::size_t i : features.edges) {
     const Eigen::Vector3d point = deskewed_.points[i].cast<double>();
     // Rings also cross the edges between walls and floor or ceiling.
-    if (point.z() < world_.room.low.z() + 0.1 || point.z() > world_.room.high.z() - 0.1) ++ceiling;
-    else if (DistanceToUprightEdge(world_, point) > 0.1) ++beside;
+    if (point.z() < world_.room.low.z() + 0.1 || point.z() > world_.room.high.z() - 0.1)
+      ++ceiling;
+    else if (DistanceToUprightEdge(world_, point) > 0.1)
+      ++beside;
   }
   const int upright = static_cast<int>(features.edges.size()) - ceiling;
   EXPECT_GT(upright, 80);

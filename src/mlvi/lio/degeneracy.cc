@@ -17,10 +17,11 @@ struct Half {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
 };
 
-// Judges the three directions that start at row `offset` (0 translation, 3 rotation). `other_sigma` is the loosest
-// sensible knowledge of the other three; it keeps the Schur complement finite when those are degenerate themselves.
-Half Judge(const Matrix6d& A, const Matrix6d& feigned, int offset, double max_sigma, double other_sigma,
-           double max_noise_share) {
+// Judges the three directions that start at row `offset` (0 translation, 3 rotation). `other_sigma`
+// is the loosest sensible knowledge of the other three; it keeps the Schur complement finite when
+// those are degenerate themselves.
+Half Judge(const Matrix6d& A, const Matrix6d& feigned, int offset, double max_sigma,
+           double other_sigma, double max_noise_share) {
   const int other = 3 - offset;
   const Eigen::Matrix3d coupling = A.block<3, 3>(other, offset);
   const Eigen::Matrix3d regular =
@@ -53,7 +54,8 @@ void Steady(const Degeneracy& last, Half& translation) {
   axis *= axis.dot(before) < 0.0 ? -1.0 : 1.0;
   const Eigen::Vector3d steady = ((1.0 - kSteadyGain) * before + kSteadyGain * axis).normalized();
   translation.axes.leftCols<1>() = steady;
-  translation.axes.col(1) = (translation.axes.col(1) - steady * steady.dot(translation.axes.col(1))).normalized();
+  translation.axes.col(1) =
+      (translation.axes.col(1) - steady * steady.dot(translation.axes.col(1))).normalized();
   translation.axes.col(2) = steady.cross(translation.axes.col(1));
 }
 
@@ -63,14 +65,18 @@ DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d&
                                     const Eigen::Quaterniond& R_world_body, const Degeneracy& last,
                                     const DegeneracyConfig& config) {
   DegenerateDirections result;
-  Half translation = Judge(information, feigned, 0, config.max_translation_sigma, 1.0, config.max_noise_share);
+  Half translation =
+      Judge(information, feigned, 0, config.max_translation_sigma, 1.0, config.max_noise_share);
   Steady(last, translation);
-  const Half rotation = Judge(information, feigned, 3, config.max_rotation_sigma, 1.0, config.max_noise_share);
+  const Half rotation =
+      Judge(information, feigned, 3, config.max_rotation_sigma, 1.0, config.max_noise_share);
   for (int i = 0; i < translation.count; ++i) {
-    result.motions.push_back((Vector6d() << translation.axes.col(i), Eigen::Vector3d::Zero()).finished());
+    result.motions.push_back(
+        (Vector6d() << translation.axes.col(i), Eigen::Vector3d::Zero()).finished());
   }
   for (int i = 0; i < rotation.count; ++i) {
-    result.motions.push_back((Vector6d() << Eigen::Vector3d::Zero(), rotation.axes.col(i)).finished());
+    result.motions.push_back(
+        (Vector6d() << Eigen::Vector3d::Zero(), rotation.axes.col(i)).finished());
   }
   const Eigen::Matrix3d R = R_world_body.toRotationMatrix();
   Matrix6d to_pose_chart = Matrix6d::Identity();  // d(world position, rotation) / d(BoxMinus chart)

@@ -16,24 +16,28 @@ struct DegenerateDirections {
   std::vector<Vector6d> motions;
 };
 
-// `information` (chart: world position, body rotation) is H^T W H over all constraints; `feigned` is the part of it
-// that comes from the noise of the normals: E[n n^T] = n0 n0^T + Cov(n), so a corridor whose walls are fitted with
-// normals 2 degrees off seems to be known lengthwise to centimetres.
+// `information` (chart: world position, body rotation) is H^T W H over all constraints; `feigned`
+// is the part of it that comes from the noise of the normals: E[n n^T] = n0 n0^T + Cov(n), so a
+// corridor whose walls are fitted with normals 2 degrees off seems to be known lengthwise to
+// centimetres.
 //
-// Translation and rotation are judged apart, in their own units, each with the other one marginalised (Schur
-// complement): a direction is degenerate when its standard deviation by the information that is not feigned exceeds
-// the limit, or when more than max_noise_share of its information is feigned.
+// Translation and rotation are judged apart, in their own units, each with the other one
+// marginalised (Schur complement): a direction is degenerate when its standard deviation by the
+// information that is not feigned exceeds the limit, or when more than max_noise_share of its
+// information is feigned.
 //
-// `last` is the report of the previous sweep: a lone degenerate translation axis is averaged over sweeps. Were it taken
-// anew each time, its small random turns would leak lateral information into the axis: 1 mm across, seen under
-// directions that differ by 1e-3, feigns 1 m lengthwise per sweep, 6 cm after 300 sweeps.
+// `last` is the report of the previous sweep: a lone degenerate translation axis is averaged over
+// sweeps. Were it taken anew each time, its small random turns would leak lateral information into
+// the axis: 1 mm across, seen under directions that differ by 1e-3, feigns 1 m lengthwise per
+// sweep, 6 cm after 300 sweeps.
 DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
                                     const Eigen::Quaterniond& R_world_body, const Degeneracy& last,
                                     const DegeneracyConfig& config);
 
 // Takes the information along the degenerate motions out of the normal equations A x = -b:
 //   A <- A - A v v^T A / (v^T A v),  b <- b - A v (v^T b) / (v^T A v).
-// What is known about the directions conjugate to v stays as it was, and along v only a prior decides.
+// What is known about the directions conjugate to v stays as it was, and along v only a prior
+// decides.
 void Deflate(const std::vector<Vector6d>& motions, Matrix6d& A, Vector6d& b);
 
 }  // namespace mlvi

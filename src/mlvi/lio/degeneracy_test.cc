@@ -34,7 +34,8 @@ TEST(FindDegeneracy, NoneInARoom) {
 }
 
 TEST(FindDegeneracy, AxesAreInTheWorldFrame) {
-  // A floor: two translations and the rotation about its normal. The body is turned: body y is world z.
+  // A floor: two translations and the rotation about its normal. The body is turned: body y is
+  // world z.
   const Eigen::Quaterniond R_world_body(Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitX()));
   RandomStream random(2);
   Matrix6d A = Matrix6d::Zero();
@@ -53,8 +54,8 @@ TEST(FindDegeneracy, AxesAreInTheWorldFrame) {
 }
 
 TEST(FindDegeneracy, InformationFeignedByNoisyNormalsDoesNotCount) {
-  // Two degrees of noise on the normals of two pairs of walls: without the correction 600 points seem to know x to
-  // 0.01 / (0.035 * sqrt(600)) = 12 mm.
+  // Two degrees of noise on the normals of two pairs of walls: without the correction 600 points
+  // seem to know x to 0.01 / (0.035 * sqrt(600)) = 12 mm.
   RandomStream random(3);
   Matrix6d A = Matrix6d::Zero(), feigned = Matrix6d::Zero();
   for (int i = 0; i < 600; ++i) {
@@ -70,7 +71,8 @@ TEST(FindDegeneracy, InformationFeignedByNoisyNormalsDoesNotCount) {
   }
   DegeneracyConfig config;
   config.max_noise_share = 1.0;
-  EXPECT_EQ(FindDegeneracy(A, Matrix6d::Zero(), Eigen::Quaterniond::Identity(), {}, config).report.translation_directions,
+  EXPECT_EQ(FindDegeneracy(A, Matrix6d::Zero(), Eigen::Quaterniond::Identity(), {}, config)
+                .report.translation_directions,
             0);
   config.max_noise_share = 0.5;
   const auto found = FindDegeneracy(A, feigned, Eigen::Quaterniond::Identity(), {}, config);
@@ -82,11 +84,12 @@ TEST(FindDegeneracy, ALoneAxisIsAveragedOverSweeps) {
   Degeneracy last;
   last.translation_directions = 1;
   last.translation_axes.col(0) = Eigen::Vector3d(1.0, 0.02, 0.0).normalized();
-  const auto found = FindDegeneracy(InformationOf({kY, kZ}, 200), Matrix6d::Zero(), Eigen::Quaterniond::Identity(),
-                                    last, {});
+  const auto found = FindDegeneracy(InformationOf({kY, kZ}, 200), Matrix6d::Zero(),
+                                    Eigen::Quaterniond::Identity(), last, {});
   ASSERT_EQ(found.report.translation_directions, 1);
   EXPECT_NEAR(found.report.translation_axes(1, 0), 0.02, 1e-3);
-  EXPECT_TRUE((found.report.translation_axes.transpose() * found.report.translation_axes).isIdentity(1e-9));
+  EXPECT_TRUE(
+      (found.report.translation_axes.transpose() * found.report.translation_axes).isIdentity(1e-9));
 }
 
 TEST(Deflate, RemovesTheInformationAlongAMotionAndKeepsTheRest) {

@@ -17,7 +17,8 @@ constexpr std::size_t kGrain = 8192;
 using Affine = Eigen::Matrix<float, 3, 4>;
 
 // T_end_lidar(t) at stamp + k * 1 ms, one knot beyond the last firing included.
-std::vector<Affine> Knots(const LidarSweep& sweep, std::span<const NavState> trajectory, const Pose3& T_body_lidar) {
+std::vector<Affine> Knots(const LidarSweep& sweep, std::span<const NavState> trajectory,
+                          const Pose3& T_body_lidar) {
   const Pose3 T_end_world = InterpolatePose(trajectory, sweep.end()).inverse();
   const std::size_t count = sweep.has_times ? sweep.span.nanoseconds() / kKnotNs + 2 : 1;
   std::vector<Affine> knots(count);
@@ -33,13 +34,15 @@ Affine At(const std::vector<Affine>& knots, std::int32_t offset_ns) {
   const std::size_t last = knots.size() - 1;
   const std::size_t k = std::min<std::size_t>(std::max(offset_ns, 0) / kKnotNs, last);
   if (k == last) return knots[last];
-  const float alpha = static_cast<float>(offset_ns - static_cast<std::int64_t>(k) * kKnotNs) / kKnotNs;
+  const float alpha =
+      static_cast<float>(offset_ns - static_cast<std::int64_t>(k) * kKnotNs) / kKnotNs;
   return knots[k] + alpha * (knots[k + 1] - knots[k]);
 }
 
 }  // namespace
 
-DeskewedSweep Deskew(const LidarSweep& sweep, std::span<const NavState> trajectory, const LidarSpec& lidar) {
+DeskewedSweep Deskew(const LidarSweep& sweep, std::span<const NavState> trajectory,
+                     const LidarSpec& lidar) {
   MLVI_CHECK(!trajectory.empty(), "no trajectory to deskew {} points with", sweep.points.size());
   const std::vector<Affine> knots = Knots(sweep, trajectory, lidar.T_body_lidar);
   const float min_squared = static_cast<float>(lidar.min_range * lidar.min_range);

@@ -37,7 +37,8 @@ TEST(Deskew, PutsEveryPointWhereItIsAtTheEndOfTheSweep) {
     worst = std::max(worst, (deskewed.points[i].cast<double>() - exact).norm());
     worst_raw = std::max(worst_raw, (rig.lidar->T_body_lidar * lidar - exact).norm());
   }
-  // Interpolation of states 5 ms apart: angular acceleration (up to 21 rad/s^2) * dt^2 / 8 = 6.6e-5 rad, at 7.5 m.
+  // Interpolation of states 5 ms apart: angular acceleration (up to 21 rad/s^2) * dt^2 / 8 = 6.6e-5
+  // rad, at 7.5 m.
   EXPECT_LT(worst, 5e-4);
   EXPECT_GT(worst_raw, 0.5);  // there was something to correct
 }
@@ -51,7 +52,8 @@ TEST(Deskew, TakesASweepWithoutTimesAsInstantaneous) {
   const DeskewedSweep deskewed = Deskew(sweep, Trajectory(motion, 0.3, 0.4), *rig.lidar);
   ASSERT_EQ(deskewed.points.size(), 10U);
   for (int i = 0; i < 10; ++i) {
-    const Eigen::Vector3d expected = rig.lidar->T_body_lidar * sweep.points[i].position.cast<double>();
+    const Eigen::Vector3d expected =
+        rig.lidar->T_body_lidar * sweep.points[i].position.cast<double>();
     EXPECT_LT((deskewed.points[i].cast<double>() - expected).norm(), 1e-5);
   }
 }

@@ -23,8 +23,8 @@ PointCloud Queries(const PointCloud& fine, const LioConfig& config) {
 
 }  // namespace
 
-SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LidarSpec& lidar,
-                              const LioConfig& config) {
+SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
+                              const LidarSpec& lidar, const LioConfig& config) {
   SweepFeatures features;
   features.stamp = deskewed.stamp;
   features.cloud = VoxelThinned(deskewed.points, config.cloud_spacing);

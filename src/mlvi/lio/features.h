@@ -20,9 +20,9 @@ struct SweepFeatures {
   std::string note;       // why the variant asked for was not possible; empty otherwise
 };
 
-// Features of a deskewed sweep by the variant of `config`. Edges need rings: a sweep without them is registered in the
-// dense variant, and the note says so.
-SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep, const LidarSpec& lidar,
-                              const LioConfig& config);
+// Features of a deskewed sweep by the variant of `config`. Edges need rings: a sweep without them
+// is registered in the dense variant, and the note says so.
+SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
+                              const LidarSpec& lidar, const LioConfig& config);
 
 }  // namespace mlvi

@@ -72,7 +72,9 @@ Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drif
   J.block<3, 2>(kPosition, kTilt) = Hat(T.translation()).leftCols<2>();
   J.block<3, 2>(kVelocity, kTilt) = Hat(estimate.mean.nav.v_world_body).leftCols<2>();
   J.block<3, 2>(kRotation, kTilt) = -T.R().transpose().leftCols<2>();
-  Matrix15d result = J * estimate.covariance * J.transpose();
+  FilterMatrix covariance = estimate.covariance;
+  covariance.bottomRightCorner<2, 2>() += estimate.mean.tilt * estimate.mean.tilt.transpose();
+  Matrix15d result = J * covariance * J.transpose();
   result.block<3, 3>(kPosition, kPosition) += drift.topLeftCorner<3, 3>();
   result.block<3, 3>(kPosition, kRotation) += drift.topRightCorner<3, 3>();
   result.block<3, 3>(kRotation, kPosition) += drift.bottomLeftCorner<3, 3>();
@@ -82,12 +84,14 @@ Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drif
 
 Matrix6d PoseCovariance(const FilterMatrix& covariance) {
   Matrix6d result;
-  result << covariance.block<3, 3>(kPosition, kPosition), covariance.block<3, 3>(kPosition, kRotation),
-      covariance.block<3, 3>(kRotation, kPosition), covariance.block<3, 3>(kRotation, kRotation);
+  result << covariance.block<3, 3>(kPosition, kPosition),
+      covariance.block<3, 3>(kPosition, kRotation), covariance.block<3, 3>(kRotation, kPosition),
+      covariance.block<3, 3>(kRotation, kRotation);
   return result;
 }
 
-Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to, double new_share) {
+Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to,
+                    double new_share) {
   const Pose3& T = to.mean.nav.T_world_body;
   Matrix6d F = Matrix6d::Identity();
   F.topRightCorner<3, 3>() = -Hat(T.translation() - from.translation()) * from.R();
@@ -95,7 +99,8 @@ Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimat
   return F * drift * F.transpose() + new_share * PoseCovariance(to.covariance);
 }
 
-StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old, const NavState& corrected) {
+StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old,
+                         const NavState& corrected) {
   // Exp(tilt) z = (tilt_y, -tilt_x, 1) to first order, and exactly in direction.
   const Eigen::Vector3d up = R_new_old * TiltRotation(old.mean.tilt) * Eigen::Vector3d::UnitZ();
   const double angle = std::acos(std::clamp(up.z(), -1.0, 1.0));
@@ -107,8 +112,8 @@ StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_n
           .covariance = turn * old.covariance * turn.transpose()};
 }
 
-Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples, const ImuSpec& imu,
-                   double gravity) {
+Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples,
+                   const ImuSpec& imu, double gravity) {
   const Eigen::Quaterniond R_world_level = TiltRotation(start.mean.tilt);
   const Matrix15d to_world = WorldRotation(R_world_level);
   const Matrix15d P = start.covariance.topLeftCorner<15, 15>();
@@ -116,7 +121,8 @@ Prediction Predict(const StateEstimate& start, std::span<const ImuSample> sample
                                       to_world.transpose() * P * to_world, samples, imu, gravity);
   Prediction result;
   result.trajectory.reserve(level.states.size());
-  for (const NavState& state : level.states) result.trajectory.push_back(Rotated(state, R_world_level));
+  for (const NavState& state : level.states)
+    result.trajectory.push_back(Rotated(state, R_world_level));
 
   const double dt = (samples.back().stamp - samples.front().stamp).seconds();
   const Eigen::Vector3d gravity_world = R_world_level * Eigen::Vector3d(0.0, 0.0, -gravity);
@@ -127,12 +133,14 @@ Prediction Predict(const StateEstimate& start, std::span<const ImuSample> sample
   result.transition.block<3, 2>(kVelocity, kTilt) = dt * dg_dtilt;
   result.transition.block<3, 2>(kPosition, kTilt) = 0.5 * dt * dt * dg_dtilt;
 
-  const Matrix15d noise = to_world * level.covariance * to_world.transpose() - F * P * F.transpose();
+  const Matrix15d noise =
+      to_world * level.covariance * to_world.transpose() - F * P * F.transpose();
   result.end.mean = {result.trajectory.back(), start.mean.tilt};
   result.end.covariance = result.transition * start.covariance * result.transition.transpose();
   result.end.covariance.topLeftCorner<15, 15>() += noise;
   result.end.covariance.diagonal().tail<2>().array() += kTiltWalk * kTiltWalk * dt;
-  result.end.covariance = (0.5 * (result.end.covariance + result.end.covariance.transpose())).eval();
+  result.end.covariance =
+      (0.5 * (result.end.covariance + result.end.covariance.transpose())).eval();
   return result;
 }
 

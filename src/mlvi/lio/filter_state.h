@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The filter's view of the state. Its world is that of the local map, which keeps the attitude that the first sweeps
-// were given. Gravity is known only as well as the start knew it, so its direction in that world is a state: frozen, an
-// error of one degree would push every prediction by 0.17 m/s^2.
+// The filter's view of the state. Its world is that of the local map, which keeps the attitude that
+// the first sweeps were given. Gravity is known only as well as the start knew it, so its direction
+// in that world is a state: frozen, an error of one degree would push every prediction by 0.17
+// m/s^2.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +17,8 @@
 
 namespace mlvi {
 
-// Error-state order: the 15 of NavState, then the tilt of gravity (rotation about the world's x and y, rad).
+// Error-state order: the 15 of NavState, then the tilt of gravity (rotation about the world's x and
+// y, rad).
 inline constexpr int kFilterSize = 17;
 inline constexpr int kTilt = 15;
 using FilterVector = Eigen::Matrix<double, kFilterSize, 1>;
@@ -24,7 +26,8 @@ using FilterMatrix = Eigen::Matrix<double, kFilterSize, kFilterSize>;
 
 struct FilterState {
   NavState nav;
-  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  // gravity_world = Exp(tilt_x, tilt_y, 0) (0, 0, -g)
+  Eigen::Vector2d tilt =
+      Eigen::Vector2d::Zero();  // gravity_world = Exp(tilt_x, tilt_y, 0) (0, 0, -g)
 };
 
 FilterState BoxPlus(const FilterState& state, const FilterVector& delta);
@@ -35,29 +38,36 @@ struct StateEstimate {
   FilterMatrix covariance = FilterMatrix::Zero();
 };
 
-// The estimate that follows from first states in the gravity-aligned world with covariance `covariance`: the world of
-// the map is defined by the estimated pose, so what is unknown about roll and pitch becomes the tilt of gravity, and
-// velocity errors turn along. What a registration leaves unknown about the pose is added.
+// The estimate that follows from first states in the gravity-aligned world with covariance
+// `covariance`: the world of the map is defined by the estimated pose, so what is unknown about
+// roll and pitch becomes the tilt of gravity, and velocity errors turn along. What a registration
+// leaves unknown about the pose is added.
 StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance);
 
-// The same in the other direction, for a reader who takes the world's z for the direction of gravity: the tilt counts
-// as an error of the attitude. `drift` is the covariance of the map itself, in the chart of the pose (world position,
-// body rotation).
+// The same in the other direction, for a reader who takes the world's z for the direction of
+// gravity: the tilt, both what is known of it and what is not, counts as an error of the attitude
+// (turning the world instead would make the trajectory jump whenever the tilt is known better).
+// `drift` is the covariance of the map itself, in the chart of the pose (world position, body
+// rotation).
 Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drift);
 
 // The block of world position and body rotation.
 Matrix6d PoseCovariance(const FilterMatrix& covariance);
 
-// The covariance of the map's own error, as seen at the pose of `to`, after a sweep has been inserted there of which
-// `new_share` was new. Registration is relative to the map, so its errors persist in what is inserted: errors of
-// neighbouring sweeps are alike as long as they are registered to the same points, and by the time that the map has
-// been replaced once (shares add up to one) one error of a registration has been added. Turned errors act on the
-// way from `from` with its length as a lever.
-Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to, double new_share);
+// The covariance of the map's own error, as seen at the pose of `to`, after a sweep has been
+// inserted there of which `new_share` was new. Registration is relative to the map, so its errors
+// persist in what is inserted: errors of neighbouring sweeps are alike as long as they are
+// registered to the same points, and by the time that the map has been replaced once (shares add up
+// to one) one error of a registration has been added. Turned errors act on the way from `from` with
+// its length as a lever.
+Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to,
+                    double new_share);
 
-// The estimate after the world has been turned by `R_new_old` and the state replaced by `corrected`, which describes the
-// same instant in the new world. Gravity and the covariance keep their directions relative to the map.
-StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old, const NavState& corrected);
+// The estimate after the world has been turned by `R_new_old` and the state replaced by
+// `corrected`, which describes the same instant in the new world. Gravity and the covariance keep
+// their directions relative to the map.
+StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old,
+                         const NavState& corrected);
 
 struct Prediction {
   std::vector<NavState> trajectory;  // one per sample
@@ -66,6 +76,7 @@ struct Prediction {
 };
 
 // Integrates the IMU from `start`, valid at samples.front().stamp.
-Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples, const ImuSpec& imu, double gravity);
+Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples,
+                   const ImuSpec& imu, double gravity);
 
 }  // namespace mlvi

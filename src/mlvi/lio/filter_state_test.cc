@@ -15,7 +15,8 @@ constexpr double kGravity = 9.81;
 
 class FilterStateTest : public ::testing::Test {
  protected:
-  FilterStateTest() : samples_(test::ImuRun(motion_, rig_, 0.5, 0.7, kBegin, RandomStream(1), false)) {
+  FilterStateTest()
+      : samples_(test::ImuRun(motion_, rig_, 0.5, 0.7, kBegin, RandomStream(1), false)) {
     start_.mean.nav = motion_.StateAt(0.5, kBegin);
     start_.covariance = FilterMatrix::Identity() * 1e-4;
   }
@@ -45,10 +46,12 @@ TEST_F(FilterStateTest, TransitionIsTheDerivativeOfThePrediction) {
     const FilterState plus = From(BoxPlus(start_.mean, step)).end.mean;
     const FilterState minus = From(BoxPlus(start_.mean, -step)).end.mean;
     const FilterVector numeric =
-        (BoxMinus(plus, prediction.end.mean) - BoxMinus(minus, prediction.end.mean)) / (2.0 * kStep);
+        (BoxMinus(plus, prediction.end.mean) - BoxMinus(minus, prediction.end.mean)) /
+        (2.0 * kStep);
     // The tilt is treated to first order: its square (1e-3) times g dt is left out.
     const double tolerance = i < kTilt ? 2e-4 : 1e-3 * kGravity * 0.2;
-    EXPECT_LT((numeric - prediction.transition.col(i)).cwiseAbs().maxCoeff(), tolerance) << "column " << i;
+    EXPECT_LT((numeric - prediction.transition.col(i)).cwiseAbs().maxCoeff(), tolerance)
+        << "column " << i;
   }
 }
 
@@ -61,7 +64,9 @@ TEST_F(FilterStateTest, ATiltedWorldPredictsTheSameMotionTilted) {
   const NavState level_end = From(start_.mean).end.mean.nav;
   const NavState tilted_end = From(tilted).end.mean.nav;
   EXPECT_LT((tilted_end.v_world_body - tilt * level_end.v_world_body).norm(), 1e-12);
-  EXPECT_LT((tilted_end.T_world_body.translation() - tilt * level_end.T_world_body.translation()).norm(), 1e-12);
+  EXPECT_LT(
+      (tilted_end.T_world_body.translation() - tilt * level_end.T_world_body.translation()).norm(),
+      1e-12);
 }
 
 TEST_F(FilterStateTest, AnchoringMovesRollAndPitchIntoTheTilt) {
@@ -87,21 +92,28 @@ TEST_F(FilterStateTest, ANewWorldPredictsTheSameMotion) {
   const StateEstimate turned = InNewWorld(start_, T_new_old.rotation(), corrected);
   const NavState before = From(start_.mean).end.mean.nav;
   const NavState after = From(turned.mean).end.mean.nav;
-  EXPECT_LT((after.T_world_body.translation() - T_new_old * before.T_world_body.translation()).norm(), 1e-9);
+  EXPECT_LT(
+      (after.T_world_body.translation() - T_new_old * before.T_world_body.translation()).norm(),
+      1e-9);
   EXPECT_LT((after.v_world_body - T_new_old.rotation() * before.v_world_body).norm(), 1e-9);
 }
 
 TEST_F(FilterStateTest, APreciseMotionGuessDecidesTheRelativePose) {
-  start_.mean.nav.v_world_body += Eigen::Vector3d(0.1, -0.2, 0.05);  // so that the IMU predicts a wrong motion
+  start_.mean.nav.v_world_body +=
+      Eigen::Vector3d(0.1, -0.2, 0.05);  // so that the IMU predicts a wrong motion
   start_.covariance.diagonal().segment<3>(3).setConstant(0.04);
   const Prediction prediction = From(start_.mean);
   const Pose3 truth = motion_.At(0.5).inverse() * motion_.At(0.7);
-  const MotionPrior guess{.from = kBegin + Duration::FromMilliseconds(500), .to = kBegin + Duration::FromMilliseconds(700),
-                          .T_from_to = truth, .covariance = Matrix6d::Identity() * 1e-8};
+  const MotionPrior guess{.from = kBegin + Duration::FromMilliseconds(500),
+                          .to = kBegin + Duration::FromMilliseconds(700),
+                          .T_from_to = truth,
+                          .covariance = Matrix6d::Identity() * 1e-8};
   const StateEstimate fused = FuseMotionGuess(start_, prediction, guess);
   const Eigen::Vector3d error =
       fused.mean.nav.T_world_body.translation() - motion_.At(0.7).translation();
-  EXPECT_GT((prediction.end.mean.nav.T_world_body.translation() - motion_.At(0.7).translation()).norm(), 0.03);
+  EXPECT_GT(
+      (prediction.end.mean.nav.T_world_body.translation() - motion_.At(0.7).translation()).norm(),
+      0.03);
   EXPECT_LT(error.norm(), 2e-3);
   // The velocity follows through its correlation with the position.
   EXPECT_LT((fused.mean.nav.v_world_body - motion_.StateAt(0.7, kBegin).v_world_body).norm(), 0.02);

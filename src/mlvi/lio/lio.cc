@@ -8,6 +8,7 @@
 #include "mlvi/imu/preintegration.h"
 #include "mlvi/lio/deskew.h"
 #include "mlvi/lio/features.h"
+#include "mlvi/lio/imu_gap.h"
 #include "mlvi/lio/motion_guess.h"
 #include "mlvi/lio/registration.h"
 #include "mlvi/lio/start.h"
@@ -15,9 +16,6 @@
 namespace mlvi {
 
 namespace {
-
-// Samples may end this much before the sweep; the last one is then held.
-constexpr Duration kImuSlack = Duration::FromMilliseconds(50);
 
 LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
   LioResult result;
@@ -32,7 +30,8 @@ LioResult Figures(const RegistrationResult& registration, LioResult::Status stat
 }  // namespace
 
 struct Lio::Impl {
-  Impl(const LioConfig& c, const Rig& r, StageTimes& t) : config(c), rig(r), times(t), map(config.map) {
+  Impl(const LioConfig& c, const Rig& r, StageTimes& t)
+      : config(c), rig(r), times(t), map(config.map) {
     MLVI_CHECK(rig.lidar.has_value(), "rig \"{}\" has no LiDAR", rig.name);
     start.emplace(config, rig);
   }
@@ -40,13 +39,17 @@ struct Lio::Impl {
   std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
   void Remember(std::span<const ImuSample> samples);
   LioResult Begin(const LidarSweep& sweep);
-  Prediction PredictTo(const LidarSweep& sweep) const;
+  double SilentTimeUntil(Time end) const;
+  Prediction PredictTo(const LidarSweep& sweep, double silent) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
   SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep);
   RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
   void Accept(const StateEstimate& estimate);
-  LioResult Track(const SweepFeatures& features, const RegistrationResult& registration);
-  LioResult Lose(const SweepFeatures& features, const RegistrationResult& registration, const StateEstimate& prior);
+  LioResult Track(const SweepFeatures& features, const RegistrationResult& registration,
+                  double silent);
+  void JudgeFit(const RegistrationResult& registration, double silent);
+  LioResult Lose(const SweepFeatures& features, const RegistrationResult& registration,
+                 const StateEstimate& prior);
 
   LioConfig config;
   Rig rig;
@@ -54,10 +57,15 @@ struct Lio::Impl {
   std::vector<ImuSample> imu;  // from the instant of `estimate` on, or all of the start
   std::optional<Start> start;  // while initialising
   StateEstimate estimate;
-  Degeneracy degeneracy;  // of the last registration
+  Degeneracy degeneracy;              // of the last registration
   Matrix6d drift = Matrix6d::Zero();  // covariance of the map's own error at the pose of `estimate`
   LocalMap map;
   Time last_registered;
+  // After a silence of the IMU: sweeps for which a bad fit means a wrong pose, and the share of
+  // points that fit before.
+  int recovering = 0;
+  bool fits_badly = false;
+  double usual_share = 0.0;
 };
 
 Lio::Lio(const LioConfig& config, const Rig& rig, StageTimes& times)
@@ -71,16 +79,23 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
   if (const auto rejection = impl_->Rejection(sweep)) return *rejection;
   if (impl_->start) return impl_->Begin(sweep);
 
-  const Prediction prediction = impl_->PredictTo(sweep);
+  const double silent = impl_->SilentTimeUntil(sweep.end());
+  const Prediction prediction = impl_->PredictTo(sweep, silent);
   const StateEstimate prior =
       guess ? FuseMotionGuess(impl_->estimate, prediction, *guess) : prediction.end;
-  const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, prediction.trajectory);
-  const SweepFeatures features = impl_->TimedFeatures(deskewed, sweep);
-  const RegistrationResult registration = impl_->TimedRegister(features, prior);
+  std::vector<NavState> trajectory = Bent(prediction.trajectory, prior.mean.nav.T_world_body);
+  SweepFeatures features;
+  RegistrationResult registration;
+  for (int pass = 0; pass < (silent > 0.0 ? impl_->config.gap.passes : 1); ++pass) {
+    const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, trajectory);
+    features = impl_->TimedFeatures(deskewed, sweep);
+    registration = impl_->TimedRegister(features, prior);
+    trajectory = Bent(trajectory, registration.estimate.mean.nav.T_world_body);
+  }
   if (registration.correspondences < impl_->config.registration.min_correspondences) {
     return impl_->Lose(features, registration, prior);
   }
-  return impl_->Track(features, registration);
+  return impl_->Track(features, registration, silent);
 }
 
 std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
@@ -89,21 +104,24 @@ std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
   const Time last = start ? Time() : estimate.mean.nav.stamp;
   if (sweep.points.empty()) {
     result.rejection = "empty sweep";
-    result.reason = fmt::format("the sweep at {} has no points: driver hiccup or covered sensor", ToString(sweep.stamp));
+    result.reason = fmt::format("the sweep at {} has no points: driver hiccup or covered sensor",
+                                ToString(sweep.stamp));
   } else if (static_cast<int>(sweep.points.size()) < config.min_points) {
     result.rejection = "too few points";
-    result.reason = fmt::format("the sweep at {} has {} points, fewer than lio.min_points = {}", ToString(sweep.stamp),
-                                sweep.points.size(), config.min_points);
+    result.reason = fmt::format("the sweep at {} has {} points, fewer than lio.min_points = {}",
+                                ToString(sweep.stamp), sweep.points.size(), config.min_points);
   } else if (last.valid() && sweep.end() <= last) {
     result.rejection = "out of order";
-    result.reason = fmt::format("the sweep ends at {}, not after the last estimate at {}", ToString(sweep.end()),
-                                ToString(last));
-  } else if (imu.empty() || imu.back().stamp + kImuSlack < sweep.end()) {
+    result.reason = fmt::format("the sweep ends at {}, not after the last estimate at {}",
+                                ToString(sweep.end()), ToString(last));
+  } else if (imu.empty() ||
+             imu.back().stamp + Duration::FromSeconds(config.gap.max_silence) < sweep.end()) {
     result.rejection = "IMU missing";
-    result.reason = fmt::format("the newest IMU sample ({}) is too old for the sweep {} .. {}: check the IMU topic and its "
-                                "time offset",
-                                imu.empty() ? "none" : ToString(imu.back().stamp), ToString(sweep.stamp),
-                                ToString(sweep.end()));
+    result.reason = fmt::format(
+        "the newest IMU sample ({}) is too old for the sweep {} .. {}: check the IMU topic and its "
+        "time offset",
+        imu.empty() ? "none" : ToString(imu.back().stamp), ToString(sweep.stamp),
+        ToString(sweep.end()));
   } else {
     return std::nullopt;
   }
@@ -128,13 +146,17 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
     const LidarSweep& kept = first->sweeps[i];
     const NavState& state = first->states[i];
     const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
-    const auto trajectory = samples.empty()
-                                ? std::vector<NavState>{state}
-                                : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
-                                                 state.v_world_body, state.bias, samples);
-    const SweepFeatures features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
+    const auto trajectory =
+        samples.empty()
+            ? std::vector<NavState>{state}
+            : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
+                             state.v_world_body, state.bias, samples);
+    const SweepFeatures features =
+        ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
     result.new_share = map.Insert(features, state.T_world_body);
-    result.estimates.push_back({.state = state, .covariance = first->covariance, .degeneracy = {}});
+    result.estimates.push_back({.state = state,
+                                .covariance = first->covariance,
+                                .degeneracy = {.information = StartInformation()}});
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
   Accept(AnchorToMap(first->states.back(), first->covariance));
@@ -143,11 +165,21 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
   return result;
 }
 
-Prediction Lio::Impl::PredictTo(const LidarSweep& sweep) const {
-  return Predict(estimate, SamplesBetween(imu, estimate.mean.nav.stamp, sweep.end()), rig.imu, rig.gravity);
+double Lio::Impl::SilentTimeUntil(Time end) const {
+  return SilentTime(imu, estimate.mean.nav.stamp, end, rig.imu.rate_hz);
 }
 
-DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory) {
+Prediction Lio::Impl::PredictTo(const LidarSweep& sweep, double silent) const {
+  Prediction prediction = Predict(
+      estimate, SamplesBetween(imu, estimate.mean.nav.stamp, sweep.end()), rig.imu, rig.gravity);
+  // A bad fit after a silence says nothing about the pose: the next sweep searches widely as well.
+  const double unwatched = (sweep.end() - estimate.mean.nav.stamp).seconds();
+  AddGapUncertainty(prediction.end, fits_badly ? unwatched : silent, config.gap);
+  return prediction;
+}
+
+DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep,
+                                     std::span<const NavState> trajectory) {
   const StageTimes::Scope timer(times, "lio/deskew");
   return Deskew(sweep, trajectory, *rig.lidar);
 }
@@ -157,9 +189,11 @@ SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const Lida
   return ExtractFeatures(deskewed, sweep, *rig.lidar, config);
 }
 
-RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features, const StateEstimate& prior) {
+RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features,
+                                            const StateEstimate& prior) {
   const StageTimes::Scope timer(times, "lio/registration");
-  return Register(features, map, prior, *rig.lidar, degeneracy, config.registration, config.degeneracy);
+  return Register(features, map, prior, *rig.lidar, degeneracy, config.registration,
+                  config.degeneracy);
 }
 
 void Lio::Impl::Accept(const StateEstimate& accepted) {
@@ -170,7 +204,8 @@ void Lio::Impl::Accept(const StateEstimate& accepted) {
   if (first != imu.begin()) imu.erase(imu.begin(), first - 1);
 }
 
-LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration) {
+LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration,
+                           double silent) {
   const StageTimes::Scope timer(times, "lio/map");
   const Pose3 before = estimate.mean.nav.T_world_body;
   Accept(registration.estimate);
@@ -178,13 +213,37 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
-  result.new_share = map.Insert(features, estimate.mean.nav.T_world_body);
+  JudgeFit(registration, silent);
+  if (silent > 0.0) {
+    result.reason = fmt::format(
+        "the IMU was silent for {:.2f} s: deskewed by its registration, kept out of the map",
+        silent);
+  } else if (fits_badly) {
+    result.reason = fmt::format("{} of {} points fit after the IMU's silence: kept out of the map",
+                                registration.correspondences, registration.offered);
+  } else if (!registration.converged) {
+    result.reason = "the registration did not converge: kept out of the map";
+  } else {
+    result.new_share = map.Insert(features, estimate.mean.nav.T_world_body);
+  }
   drift = GrownDrift(drift, before, estimate, result.new_share);
   result.estimates.push_back({.state = estimate.mean.nav,
                               .covariance = ReportedCovariance(estimate, drift),
                               .degeneracy = registration.degeneracy});
   result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;
+}
+
+void Lio::Impl::JudgeFit(const RegistrationResult& registration, double silent) {
+  constexpr double kBad = 0.6;  // of the usual share
+  constexpr double kGain = 0.1;
+  const double share =
+      static_cast<double>(registration.correspondences) / std::max(registration.offered, 1);
+  recovering = silent > 0.0 ? config.gap.recovery_sweeps : std::max(recovering - 1, 0);
+  fits_badly = recovering > 0 && (share < kBad * usual_share || !registration.converged);
+  if (fits_badly) return;
+  if (silent == 0.0) recovering = 0;
+  usual_share = usual_share == 0.0 ? share : (1.0 - kGain) * usual_share + kGain * share;
 }
 
 LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResult& registration,
@@ -194,10 +253,11 @@ LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResul
   LioResult result = Figures(registration, LioResult::Status::kRejected);
   result.rejection = "not registered";
   const double silence = (prior.mean.nav.stamp - last_registered).seconds();
-  result.reason = fmt::format("{} of {} points found a place in the local map of {} points, fewer than "
-                              "lio.registration.min_correspondences = {}; predicted by the IMU for {:.1f} s",
-                              registration.correspondences, registration.offered, map.size(),
-                              config.registration.min_correspondences, silence);
+  result.reason = fmt::format(
+      "{} of {} points found a place in the local map of {} points, fewer than "
+      "lio.registration.min_correspondences = {}; predicted by the IMU for {:.1f} s",
+      registration.correspondences, registration.offered, map.size(),
+      config.registration.min_correspondences, silence);
   if (silence < config.lost_after) return result;
   map.Clear();
   map.Insert(features, prior.mean.nav.T_world_body);

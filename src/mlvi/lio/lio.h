@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// LiDAR-inertial odometry (LIO-SAM lineage): deskew, features, scan-to-map registration as a MAP estimate over the
-// IMU-predicted state, local map.
+// LiDAR-inertial odometry (LIO-SAM lineage): deskew, features, scan-to-map registration as a MAP
+// estimate over the IMU-predicted state, local map.
 #pragma once
 
 #include <memory>
@@ -23,13 +23,17 @@ namespace mlvi {
 struct LioResult {
   enum class Status {
     kInitializing,  // kept back until the first states are known
-    kTracking,      // `estimates` holds the new state (after initialisation: those of all sweeps kept back)
-    kRejected,      // not used; see `reason`
+    kTracking,  // `estimates` holds the new state (after initialisation: those of all sweeps kept
+                // back)
+    kRejected,  // not used; see `reason`
   };
   Status status = Status::kInitializing;
-  std::string reason;     // why rejected, or what the start waits for; of a sweep in use: remarks, mostly empty
-  std::string rejection;  // the kind of rejection, to be counted: "empty sweep", "out of order", ...; else empty
-  // Ascending in time; each is valid at the last firing of its sweep, to which the sweep is deskewed.
+  std::string reason;     // why rejected, or what the start waits for; of a sweep in use: remarks,
+                          // mostly empty
+  std::string rejection;  // the kind of rejection, to be counted: "empty sweep", "out of order",
+                          // ...; else empty
+  // Ascending in time; each is valid at the last firing of its sweep, to which the sweep is
+  // deskewed.
   std::vector<OdometryEstimate> estimates;
   // One per estimate: the deskewed, thinned sweep in the body frame at that instant.
   std::vector<std::shared_ptr<const PointCloud>> clouds;
@@ -43,16 +47,19 @@ struct LioResult {
 
 class Lio {
  public:
-  // `times` collects the stages' wall times and must outlive the instance. The rig must have a LiDAR.
+  // `times` collects the stages' wall times and must outlive the instance. The rig must have a
+  // LiDAR.
   Lio(const LioConfig& config, const Rig& rig, StageTimes& times);
   ~Lio();
 
-  // `imu` covers the time from the end of the previous sweep (or from the start of this one) to sweep.end(). `guess` is
-  // the motion by another sensor since the previous estimate, if one is healthy.
+  // `imu` covers the time from the end of the previous sweep (or from the start of this one) to
+  // sweep.end(). `guess` is the motion by another sensor since the previous estimate, if one is
+  // healthy.
   LioResult Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
                     const std::optional<MotionPrior>& guess = std::nullopt);
 
-  // Takes over a state corrected by the graph, valid at the instant of the last estimate: the local map moves with it.
+  // Takes over a state corrected by the graph, valid at the instant of the last estimate: the local
+  // map moves with it.
   void Correct(const NavState& corrected);
 
  private:

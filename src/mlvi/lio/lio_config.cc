@@ -5,65 +5,101 @@
 namespace mlvi {
 
 void LocalMapConfig::Declare(ConfigDeclaration& d) {
-  d.Field("voxel_size", voxel_size, "m", "Edge of a map cell: about the distance of the neighbours of a plane fit",
-          {0.05, 5.0});
-  d.Field("min_spacing", min_spacing, "m", "Smallest distance between map points of one cell", {0.0, 2.0});
-  d.Field("max_points_per_voxel", max_points_per_voxel, "", "Bounds memory and search time", {1, 100});
+  d.Field("voxel_size", voxel_size, "m",
+          "Edge of a map cell: about the distance of the neighbours of a plane fit", {0.05, 5.0});
+  d.Field("min_spacing", min_spacing, "m", "Smallest distance between map points of one cell",
+          {0.0, 2.0});
+  d.Field("max_points_per_voxel", max_points_per_voxel, "", "Bounds memory and search time",
+          {1, 100});
   d.Field("radius", radius, "m", "Cells farther from the sensor are erased", {10.0, 1000.0});
 }
 
 void RegistrationConfig::Declare(ConfigDeclaration& d) {
-  d.Field("max_iterations", max_iterations, "", "Associations of one registration at most", {1, 50});
+  d.Field("max_iterations", max_iterations, "", "Associations of one registration at most",
+          {1, 50});
   d.Field("neighbors", neighbors, "", "Map points of a plane or line fit", {4, 16});
-  d.Field("max_neighbor_distance", max_neighbor_distance, "m", "Farthest neighbour of a fit when the prediction is good",
-          {0.1, 10.0});
+  d.Field("max_neighbor_distance", max_neighbor_distance, "m",
+          "Farthest neighbour of a fit when the prediction is good", {0.1, 10.0});
   d.Field("max_search_distance", max_search_distance, "m",
-          "Farthest neighbour of a fit when the prediction is uncertain (after a gap)", {0.1, 20.0});
-  d.Field("max_plane_thickness", max_plane_thickness, "m", "Largest distance of a neighbour from its plane",
-          {0.01, 1.0});
-  d.Field("robust_width", robust_width, "sigma", "Residuals beyond this lose weight (Cauchy kernel)", {0.5, 100.0});
-  d.Field("noise_inflation", noise_inflation, "",
-          "Factor on the standard deviation of residuals for what neighbouring points have in common", {1.0, 100.0});
-  d.Field("min_map_noise", min_map_noise, "m", "Standard deviation of map points that a fit cannot undercut",
-          {0.001, 0.5});
-  d.Field("step_tolerance_m", step_tolerance_m, "m", "Converged when the last step is below this", {0.0, 0.1});
-  d.Field("step_tolerance_rad", step_tolerance_rad, "rad", "Converged when the last step is below this", {0.0, 0.1});
-  d.Field("min_correspondences", min_correspondences, "", "A registration with fewer is a failure", {6, 10000});
+          "Farthest neighbour of a fit when the prediction is uncertain (after a gap)",
+          {0.1, 20.0});
+  d.Field("max_plane_thickness", max_plane_thickness, "m",
+          "Largest distance of a neighbour from its plane", {0.01, 1.0});
+  d.Field("robust_width", robust_width, "sigma",
+          "Residuals beyond this lose weight (Cauchy kernel)", {0.5, 100.0});
+  d.Field(
+      "noise_inflation", noise_inflation, "",
+      "Factor on the standard deviation of residuals for what neighbouring points have in common",
+      {1.0, 100.0});
+  d.Field("min_map_noise", min_map_noise, "m",
+          "Standard deviation of map points that a fit cannot undercut", {0.001, 0.5});
+  d.Field("step_tolerance_m", step_tolerance_m, "m", "Converged when the last step is below this",
+          {0.0, 0.1});
+  d.Field("step_tolerance_rad", step_tolerance_rad, "rad",
+          "Converged when the last step is below this", {0.0, 0.1});
+  d.Field("min_correspondences", min_correspondences, "", "A registration with fewer is a failure",
+          {6, 10000});
 }
 
 void DegeneracyConfig::Declare(ConfigDeclaration& d) {
   d.Field("max_translation_sigma", max_translation_sigma, "m",
-          "A direction known worse than this by the measurement is left to the prior", {0.001, 10.0});
+          "A direction known worse than this by the measurement is left to the prior",
+          {0.001, 10.0});
   d.Field("max_rotation_sigma", max_rotation_sigma, "rad",
           "An axis known worse than this by the measurement is left to the prior", {1e-4, 3.0});
   d.Field("max_noise_share", max_noise_share, "",
-          "A direction is left to the prior when more than this share of its information is what noisy normals alone "
+          "A direction is left to the prior when more than this share of its information is what "
+          "noisy normals alone "
           "would feign",
           {0.05, 1.0});
 }
 
 void StartConfig::Declare(ConfigDeclaration& d) {
   d.Field("min_span", min_span, "s", "A moving start needs at least this time", {1.0, 30.0});
-  d.Field("max_span", max_span, "s", "Older sweeps leave the window of a moving start", {1.5, 60.0});
+  d.Field("max_span", max_span, "s", "Older sweeps leave the window of a moving start",
+          {1.5, 60.0});
   d.Field("min_sweeps", min_sweeps, "", "A moving start needs at least this many sweeps", {4, 100});
   d.Field("max_speed", max_speed, "m/s", "One sigma of the speed at the start", {0.1, 50.0});
-  d.Field("rest_distance", rest_distance, "m", "At rest the registered sweeps move less than this", {0.0, 1.0});
-  d.Field("rest_angle", rest_angle, "rad", "At rest the registered sweeps turn less than this", {0.0, 0.5});
+  d.Field("rest_distance", rest_distance, "m", "At rest the registered sweeps move less than this",
+          {0.0, 1.0});
+  d.Field("rest_angle", rest_angle, "rad", "At rest the registered sweeps turn less than this",
+          {0.0, 0.5});
+}
+
+void GapConfig::Declare(ConfigDeclaration& d) {
+  d.Field("rate_sigma", rate_sigma, "rad/s", "How far the body may turn while the IMU is silent",
+          {0.0, 20.0});
+  d.Field("acceleration_sigma", acceleration_sigma, "m/s^2",
+          "How the body may accelerate while the IMU is silent", {0.0, 100.0});
+  d.Field("max_silence", max_silence, "s", "After a longer silence sweeps are rejected",
+          {0.0, 10.0});
+  d.Field("passes", passes, "",
+          "Times that a sweep without IMU is deskewed and registered, each but the first by the "
+          "result of the one before; "
+          "more than two let errors of successive sweeps feed each other",
+          {1, 20});
+  d.Field("recovery_sweeps", recovery_sweeps, "",
+          "So many sweeps after a silence may fit badly before they are taken for the view of a "
+          "new place",
+          {0, 1000});
 }
 
 void LioConfig::Declare(ConfigDeclaration& d) {
   d.Field("variant", variant, {"edge_plane", "dense_plane"}, "Features that are registered");
-  d.Field("cloud_spacing", cloud_spacing, "m", "Cell of the thinned sweep that is inserted into the map and handed on",
-          {0.01, 2.0});
-  d.Field("query_spacing", query_spacing, "m", "Cell of the thinned sweep that is registered", {0.01, 5.0});
-  d.Field("min_queries", min_queries, "", "Below this number of registered points the finer cloud is registered",
-          {0, 100000});
+  d.Field("cloud_spacing", cloud_spacing, "m",
+          "Cell of the thinned sweep that is inserted into the map and handed on", {0.01, 2.0});
+  d.Field("query_spacing", query_spacing, "m", "Cell of the thinned sweep that is registered",
+          {0.01, 5.0});
+  d.Field("min_queries", min_queries, "",
+          "Below this number of registered points the finer cloud is registered", {0, 100000});
   d.Field("min_points", min_points, "", "Sweeps with fewer points are rejected", {10, 100000});
-  d.Field("lost_after", lost_after, "s", "Without a registration for this long a new local map is begun", {0.1, 60.0});
+  d.Field("lost_after", lost_after, "s",
+          "Without a registration for this long a new local map is begun", {0.1, 60.0});
   d.Section("map", map);
   d.Section("registration", registration);
   d.Section("degeneracy", degeneracy);
   d.Section("start", start);
+  d.Section("gap", gap);
 }
 
 }  // namespace mlvi

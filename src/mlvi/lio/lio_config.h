@@ -52,6 +52,16 @@ struct StartConfig {
   void Declare(ConfigDeclaration& d);
 };
 
+// Sweeps during which the IMU was silent.
+struct GapConfig {
+  double rate_sigma = 1.5;
+  double acceleration_sigma = 5.0;
+  double max_silence = 1.0;
+  int passes = 2;
+  int recovery_sweeps = 15;
+  void Declare(ConfigDeclaration& d);
+};
+
 struct LioConfig {
   LioVariant variant = LioVariant::kDensePlane;
   double cloud_spacing = 0.2;
@@ -63,6 +73,7 @@ struct LioConfig {
   RegistrationConfig registration;
   DegeneracyConfig degeneracy;
   StartConfig start;
+  GapConfig gap;
   void Declare(ConfigDeclaration& d);
 };
 

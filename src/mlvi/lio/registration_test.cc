@@ -21,16 +21,19 @@ struct Still {
 class RegistrationTest : public ::testing::Test {
  protected:
   SweepFeatures Features(const test::BoxWorld& world, const Pose3& T, std::uint64_t seed) const {
-    const LidarSweep sweep = test::Scan(world, Still{T}, *rig_.lidar, 0.0, kBegin, RandomStream(seed));
+    const LidarSweep sweep =
+        test::Scan(world, Still{T}, *rig_.lidar, 0.0, kBegin, RandomStream(seed));
     NavState state;
     state.stamp = kBegin;
-    return ExtractFeatures(Deskew(sweep, std::vector<NavState>{state}, *rig_.lidar), sweep, *rig_.lidar, config_);
+    return ExtractFeatures(Deskew(sweep, std::vector<NavState>{state}, *rig_.lidar), sweep,
+                           *rig_.lidar, config_);
   }
   // A map of sweeps from several places.
   LocalMap MapOf(const test::BoxWorld& world, std::uint64_t seed) const {
     LocalMap map(config_.map);
     for (int i = 0; i < 5; ++i) {
-      const Pose3 T(ExpSo3(Eigen::Vector3d(0.0, 0.1 * i, 0.5 * i)), Eigen::Vector3d(0.3 * i - 0.6, 0.1 * i, 0.0));
+      const Pose3 T(ExpSo3(Eigen::Vector3d(0.0, 0.1 * i, 0.5 * i)),
+                    Eigen::Vector3d(0.3 * i - 0.6, 0.1 * i, 0.0));
       map.Insert(Features(world, T, seed * 100 + i), T);
     }
     return map;
@@ -43,8 +46,10 @@ class RegistrationTest : public ::testing::Test {
     prior.covariance.diagonal().segment<3>(nav_index::kRotation).setConstant(sigma_rad * sigma_rad);
     return prior;
   }
-  RegistrationResult Run(const SweepFeatures& features, const LocalMap& map, const StateEstimate& prior) const {
-    return Register(features, map, prior, *rig_.lidar, {}, config_.registration, config_.degeneracy);
+  RegistrationResult Run(const SweepFeatures& features, const LocalMap& map,
+                         const StateEstimate& prior) const {
+    return Register(features, map, prior, *rig_.lidar, {}, config_.registration,
+                    config_.degeneracy);
   }
 
   Rig rig_ = test::MakeTestRig();
@@ -57,12 +62,13 @@ TEST_F(RegistrationTest, FindsThePoseFromAWrongPredictionInBothVariants) {
     config_.variant = variant;
     const LocalMap map = MapOf(test::FurnishedRoom(), 1);
     const Vector6d offset = (Vector6d() << 0.15, -0.1, 0.1, 0.03, -0.03, 0.04).finished();
-    const RegistrationResult result =
-        Run(Features(test::FurnishedRoom(), truth_, 7), map, Prior(BoxPlus(truth_, offset), 0.1, 0.03));
+    const RegistrationResult result = Run(Features(test::FurnishedRoom(), truth_, 7), map,
+                                          Prior(BoxPlus(truth_, offset), 0.1, 0.03));
     EXPECT_TRUE(result.converged);
     ASSERT_GT(result.correspondences, 500);
     const Vector6d error = BoxMinus(result.estimate.mean.nav.T_world_body, truth_);
-    // 1 cm noise, hundreds of points on each pair of walls: 1 mm; fits across corners add as much again.
+    // 1 cm noise, hundreds of points on each pair of walls: 1 mm; fits across corners add as much
+    // again.
     EXPECT_LT(error.head<3>().norm(), 0.005);
     EXPECT_LT(error.tail<3>().norm(), 0.002);
     EXPECT_FALSE(result.degeneracy.any());
@@ -78,16 +84,18 @@ TEST_F(RegistrationTest, CovarianceCoversTheScatterOfRepeatedTrials) {
     RandomStream random(trial, "prior");
     Vector6d offset;
     for (int i = 0; i < 6; ++i) offset[i] = (i < 3 ? 0.05 : 0.02) * random.Normal();
-    const RegistrationResult result = Run(Features(test::FurnishedRoom(), truth_, 1000 + trial), map,
-                                          Prior(BoxPlus(truth_, offset), 0.05, 0.02));
+    const RegistrationResult result = Run(Features(test::FurnishedRoom(), truth_, 1000 + trial),
+                                          map, Prior(BoxPlus(truth_, offset), 0.05, 0.02));
     const FilterVector error = BoxMinus(result.estimate.mean, Prior(truth_, 0.0, 0.0).mean);
     const FilterMatrix& P = result.estimate.covariance;
-    const Eigen::Vector3d p = error.segment<3>(nav_index::kPosition), r = error.segment<3>(nav_index::kRotation);
+    const Eigen::Vector3d p = error.segment<3>(nav_index::kPosition),
+                          r = error.segment<3>(nav_index::kRotation);
     nees_position += p.dot(P.block<3, 3>(0, 0).inverse() * p) / kTrials;
     nees_rotation += r.dot(P.block<3, 3>(6, 6).inverse() * r) / kTrials;
   }
-  // Three degrees of freedom: mean 3; the upper 99.9 % bound of the mean over 20 trials is 4.9. From below, the noise
-  // inflation for what neighbouring points share may make the covariance up to its square too large, not more.
+  // Three degrees of freedom: mean 3; the upper 99.9 % bound of the mean over 20 trials is 4.9.
+  // From below, the noise inflation for what neighbouring points share may make the covariance up
+  // to its square too large, not more.
   EXPECT_LT(nees_position, 4.9);
   EXPECT_LT(nees_rotation, 4.9);
   const double inflation = config_.registration.noise_inflation;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A world of boxes, an analytic motion and the sensors moving in it, for the tests of this module. Exact but for the
-// noise that a test asks for.
+// A world of boxes, an analytic motion and the sensors moving in it, for the tests of this module.
+// Exact but for the noise that a test asks for.
 #pragma once
 
 #include <cmath>
@@ -63,15 +63,18 @@ struct SwingMotion {
   Pose3 At(double t) const {
     const double s = speed * t;
     const double a = speed == 0.0 ? 0.0 : 1.0;
-    return Pose3(ExpSo3(a * Eigen::Vector3d(0.2 * std::sin(1.3 * s), 0.15 * std::sin(1.7 * s), 0.9 * std::sin(0.8 * s))),
-                 a * Eigen::Vector3d(1.2 * std::sin(0.5 * s), 0.7 * std::sin(0.7 * s + 0.4) - 0.272, 0.2 * std::sin(s)));
+    return Pose3(ExpSo3(a * Eigen::Vector3d(0.2 * std::sin(1.3 * s), 0.15 * std::sin(1.7 * s),
+                                            0.9 * std::sin(0.8 * s))),
+                 a * Eigen::Vector3d(1.2 * std::sin(0.5 * s), 0.7 * std::sin(0.7 * s + 0.4) - 0.272,
+                                     0.2 * std::sin(s)));
   }
   NavState StateAt(double t, Time begin) const {
     constexpr double kStep = 1e-4;
     NavState state;
     state.stamp = begin + Duration::FromSeconds(t);
     state.T_world_body = At(t);
-    state.v_world_body = (At(t + kStep).translation() - At(t - kStep).translation()) / (2.0 * kStep);
+    state.v_world_body =
+        (At(t + kStep).translation() - At(t - kStep).translation()) / (2.0 * kStep);
     return state;
   }
   ImuSample ImuAt(double t, Time begin, double gravity) const {
@@ -81,7 +84,8 @@ struct SwingMotion {
         (after.translation() - 2.0 * now.translation() + before.translation()) / (kStep * kStep);
     ImuSample sample;
     sample.stamp = begin + Duration::FromSeconds(t);
-    sample.angular_velocity = LogSo3(before.rotation().conjugate() * after.rotation()) / (2.0 * kStep);
+    sample.angular_velocity =
+        LogSo3(before.rotation().conjugate() * after.rotation()) / (2.0 * kStep);
     sample.linear_acceleration =
         now.rotation().conjugate() * (acceleration + Eigen::Vector3d(0.0, 0.0, gravity));
     return sample;
@@ -102,7 +106,8 @@ inline Rig MakeTestRig() {
   return rig;
 }
 
-// One turn of `rings` beams within +-35 degrees and `columns` firings from `t` on, over `span` seconds.
+// One turn of `rings` beams within +-35 degrees and `columns` firings from `t` on, over `span`
+// seconds.
 struct ScanPattern {
   int rings = 32;
   int columns = 600;
@@ -110,8 +115,8 @@ struct ScanPattern {
 };
 
 template <typename Motion>
-LidarSweep Scan(const BoxWorld& world, const Motion& motion, const LidarSpec& lidar, double t, Time begin,
-                RandomStream random, const ScanPattern& pattern = {}) {
+LidarSweep Scan(const BoxWorld& world, const Motion& motion, const LidarSpec& lidar, double t,
+                Time begin, RandomStream random, const ScanPattern& pattern = {}) {
   LidarSweep sweep;
   sweep.stamp = begin + Duration::FromSeconds(t);
   sweep.has_times = sweep.has_rings = true;
@@ -121,10 +126,11 @@ LidarSweep Scan(const BoxWorld& world, const Motion& motion, const LidarSpec& li
     const double azimuth = 2.0 * std::numbers::pi * (column + 0.5) / pattern.columns;
     for (int ring = 0; ring < pattern.rings; ++ring) {
       const double elevation = 0.61 - 1.22 * (ring + 0.5) / pattern.rings;
-      const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                                      std::sin(elevation));
-      const double range = world.Range(T_world_lidar.translation(), T_world_lidar.rotation() * direction) +
-                           lidar.range_noise * random.Normal();
+      const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
+                                      std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const double range =
+          world.Range(T_world_lidar.translation(), T_world_lidar.rotation() * direction) +
+          lidar.range_noise * random.Normal();
       LidarPoint point;
       point.position = (range * direction).cast<float>();
       point.offset_ns = static_cast<std::int32_t>(std::llround(offset * 1e9));
@@ -136,13 +142,16 @@ LidarSweep Scan(const BoxWorld& world, const Motion& motion, const LidarSpec& li
   return sweep;
 }
 
-// Samples at the rig's rate over [from, to], both included, with white noise if the rig's densities are wanted.
+// Samples at the rig's rate over [from, to], both included, with white noise if the rig's densities
+// are wanted.
 template <typename Motion>
-std::vector<ImuSample> ImuRun(const Motion& motion, const Rig& rig, double from, double to, Time begin,
-                              RandomStream random, bool noisy = true) {
+std::vector<ImuSample> ImuRun(const Motion& motion, const Rig& rig, double from, double to,
+                              Time begin, RandomStream random, bool noisy = true) {
   std::vector<ImuSample> samples;
-  const double gyroscope = noisy ? rig.imu.noise.gyroscope_density * std::sqrt(rig.imu.rate_hz) : 0.0;
-  const double accelerometer = noisy ? rig.imu.noise.accelerometer_density * std::sqrt(rig.imu.rate_hz) : 0.0;
+  const double gyroscope =
+      noisy ? rig.imu.noise.gyroscope_density * std::sqrt(rig.imu.rate_hz) : 0.0;
+  const double accelerometer =
+      noisy ? rig.imu.noise.accelerometer_density * std::sqrt(rig.imu.rate_hz) : 0.0;
   const int first = static_cast<int>(std::lround(from * rig.imu.rate_hz));
   const int last = static_cast<int>(std::lround(to * rig.imu.rate_hz));
   for (int k = first; k <= last; ++k) {

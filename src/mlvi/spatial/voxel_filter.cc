@@ -27,8 +27,8 @@ std::vector<std::size_t> VoxelThin(std::span<const Eigen::Vector3f> points, doub
   std::vector<int> cell_of(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     bool inserted = false;
-    cell_of[i] = table.FindOrInsert(VoxelKey::Of(points[i], inverse_size), static_cast<int>(cells.size()),
-                                    &inserted);
+    cell_of[i] = table.FindOrInsert(VoxelKey::Of(points[i], inverse_size),
+                                    static_cast<int>(cells.size()), &inserted);
     if (inserted) cells.emplace_back();
     cells[cell_of[i]].sum += points[i];
     cells[cell_of[i]].count += 1.0F;

@@ -8,8 +8,8 @@
 
 namespace mlvi {
 
-// A cell of a regular grid, packed into 64 bits: 21 bits per axis, so +-2^20 cells around the origin (524 km at 0.5 m);
-// beyond that the grid wraps around.
+// A cell of a regular grid, packed into 64 bits: 21 bits per axis, so +-2^20 cells around the
+// origin (524 km at 0.5 m); beyond that the grid wraps around.
 class VoxelKey {
  public:
   constexpr VoxelKey() = default;
@@ -25,9 +25,7 @@ class VoxelKey {
   static constexpr std::uint64_t kInvalidBits = ~std::uint64_t{0};
 
   // Multiplicative hash (Fibonacci); take the upper bits.
-  constexpr std::uint64_t Hash() const {
-    return (bits_ ^ (bits_ >> 29)) * 0x9e3779b97f4a7c15ULL;
-  }
+  constexpr std::uint64_t Hash() const { return (bits_ ^ (bits_ >> 29)) * 0x9e3779b97f4a7c15ULL; }
 
   // Largest integer not above `value`; std::floor is a library call on baseline x86-64.
   static int Floor(float value) {

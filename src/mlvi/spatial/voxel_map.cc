@@ -24,8 +24,10 @@ float SquaredDistance(const Eigen::Vector3i& cell, float size, const Eigen::Vect
   return outside.square().sum();
 }
 
-// Keeps the k nearest in ascending order; `limit` is the squared distance that a further point must beat.
-void Offer(const Eigen::Vector3f& point, float squared_distance, int k, Neighbors& result, float& limit) {
+// Keeps the k nearest in ascending order; `limit` is the squared distance that a further point must
+// beat.
+void Offer(const Eigen::Vector3f& point, float squared_distance, int k, Neighbors& result,
+           float& limit) {
   int i = result.count < k ? result.count++ : k - 1;
   for (; i > 0 && result.squared_distances[i - 1] > squared_distance; --i) {
     result.squared_distances[i] = result.squared_distances[i - 1];
@@ -43,9 +45,10 @@ VoxelMap::VoxelMap(const VoxelMapOptions& options)
       size_of_voxel_(static_cast<float>(options.voxel_size)),
       inverse_size_(static_cast<float>(1.0 / options.voxel_size)),
       squared_spacing_(static_cast<float>(options.min_spacing * options.min_spacing)) {
-  MLVI_CHECK(options.voxel_size > 0.0 && options.max_points_per_voxel > 0 && options.min_spacing >= 0.0,
-             "voxel size {} m, {} points per voxel, spacing {} m", options.voxel_size,
-             options.max_points_per_voxel, options.min_spacing);
+  MLVI_CHECK(
+      options.voxel_size > 0.0 && options.max_points_per_voxel > 0 && options.min_spacing >= 0.0,
+      "voxel size {} m, {} points per voxel, spacing {} m", options.voxel_size,
+      options.max_points_per_voxel, options.min_spacing);
 }
 
 std::size_t VoxelMap::Insert(std::span<const Eigen::Vector3f> points) {
@@ -73,7 +76,8 @@ bool VoxelMap::InsertOne(const Eigen::Vector3f& point) {
   const int index = NewCell(CellOf(point, inverse_size_));
   Cell& cell = cells_[index];
   if (cell.count == options_.max_points_per_voxel) return false;
-  Eigen::Vector4f* const stored = &points_[static_cast<std::size_t>(index) * options_.max_points_per_voxel];
+  Eigen::Vector4f* const stored =
+      &points_[static_cast<std::size_t>(index) * options_.max_points_per_voxel];
   const Eigen::Vector4f candidate(point.x(), point.y(), point.z(), 0.0F);
   for (int i = 0; i < cell.count; ++i) {
     if ((stored[i] - candidate).squaredNorm() < squared_spacing_) return false;
@@ -87,7 +91,8 @@ void VoxelMap::SearchCell(const Eigen::Vector3i& coordinates, const Eigen::Vecto
   if (SquaredDistance(coordinates, size_of_voxel_, query) > limit) return;
   const int index = table_.Find(KeyOf(coordinates));
   if (index < 0) return;
-  const Eigen::Vector4f* const stored = &points_[static_cast<std::size_t>(index) * options_.max_points_per_voxel];
+  const Eigen::Vector4f* const stored =
+      &points_[static_cast<std::size_t>(index) * options_.max_points_per_voxel];
   const Eigen::Vector4f padded(query.x(), query.y(), query.z(), 0.0F);
   for (int i = 0; i < cells_[index].count; ++i) {
     const float squared_distance = (stored[i] - padded).squaredNorm();
@@ -95,15 +100,18 @@ void VoxelMap::SearchCell(const Eigen::Vector3i& coordinates, const Eigen::Vecto
   }
 }
 
-void VoxelMap::KNearest(const Eigen::Vector3f& query, int k, float max_distance, Neighbors& result) const {
+void VoxelMap::KNearest(const Eigen::Vector3f& query, int k, float max_distance,
+                        Neighbors& result) const {
   MLVI_CHECK(k > 0 && k <= Neighbors::kCapacity, "k = {}", k);
   result.count = 0;
   float limit = max_distance * max_distance;
   const Eigen::Vector3i center = CellOf(query, inverse_size_);
   const Eigen::Array3f inside = query.array() - center.cast<float>().array() * size_of_voxel_;
-  const float to_face = std::max(0.0F, std::min(inside.minCoeff(), (size_of_voxel_ - inside).minCoeff()));
+  const float to_face =
+      std::max(0.0F, std::min(inside.minCoeff(), (size_of_voxel_ - inside).minCoeff()));
   SearchCell(center, query, k, result, limit);
-  // Shells of cells at growing Chebyshev distance; all points of shell r lie at least `nearest` away.
+  // Shells of cells at growing Chebyshev distance; all points of shell r lie at least `nearest`
+  // away.
   for (int r = 1;; ++r) {
     const float nearest = static_cast<float>(r - 1) * size_of_voxel_ + to_face;
     if (nearest * nearest > limit) return;
@@ -134,7 +142,8 @@ std::size_t VoxelMap::EraseBeyond(const Eigen::Vector3f& center, double radius) 
   table_.Clear();
   bool inserted = false;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (cells_[i].count > 0) table_.FindOrInsert(KeyOf(cells_[i].coordinates), static_cast<int>(i), &inserted);
+    if (cells_[i].count > 0)
+      table_.FindOrInsert(KeyOf(cells_[i].coordinates), static_cast<int>(i), &inserted);
   }
   return erased;
 }
@@ -143,7 +152,8 @@ void VoxelMap::Transform(const Pose3& T_new_old) {
   std::vector<Eigen::Vector3f> points = Points();
   for (Eigen::Vector3f& point : points) point = (T_new_old * point.cast<double>()).cast<float>();
   Clear();
-  // Spacing is not asked again: in another grid, two neighbours of different cells may now share one.
+  // Spacing is not asked again: in another grid, two neighbours of different cells may now share
+  // one.
   const float spacing = std::exchange(squared_spacing_, 0.0F);
   Insert(points);
   squared_spacing_ = spacing;
@@ -169,8 +179,8 @@ std::vector<Eigen::Vector3f> VoxelMap::Points() const {
 }
 
 std::size_t VoxelMap::memory_bytes() const {
-  return table_.memory_bytes() + cells_.capacity() * sizeof(Cell) + points_.capacity() * sizeof(Eigen::Vector4f) +
-         free_cells_.capacity() * sizeof(int);
+  return table_.memory_bytes() + cells_.capacity() * sizeof(Cell) +
+         points_.capacity() * sizeof(Eigen::Vector4f) + free_cells_.capacity() * sizeof(int);
 }
 
 }  // namespace mlvi

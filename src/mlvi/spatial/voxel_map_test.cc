@@ -17,14 +17,15 @@ std::vector<Eigen::Vector3f> RandomPoints(int count, double extent, std::uint64_
   RandomStream random(seed, "points");
   std::vector<Eigen::Vector3f> points(count);
   for (Eigen::Vector3f& point : points) {
-    for (int axis = 0; axis < 3; ++axis) point[axis] = static_cast<float>(random.Uniform(-extent, extent));
+    for (int axis = 0; axis < 3; ++axis)
+      point[axis] = static_cast<float>(random.Uniform(-extent, extent));
   }
   return points;
 }
 
 // Distances of the k nearest within max_distance, by looking at every point.
-std::vector<float> BruteForce(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& query, int k,
-                              float max_distance) {
+std::vector<float> BruteForce(const std::vector<Eigen::Vector3f>& points,
+                              const Eigen::Vector3f& query, int k, float max_distance) {
   std::vector<float> distances;
   for (const Eigen::Vector3f& point : points) {
     const float d = (point - query).norm();
@@ -35,7 +36,8 @@ std::vector<float> BruteForce(const std::vector<Eigen::Vector3f>& points, const 
   return distances;
 }
 
-void ExpectSameNeighbors(const VoxelMap& map, const std::vector<Eigen::Vector3f>& points, std::uint64_t seed) {
+void ExpectSameNeighbors(const VoxelMap& map, const std::vector<Eigen::Vector3f>& points,
+                         std::uint64_t seed) {
   int found = 0;
   for (const Eigen::Vector3f& query : RandomPoints(300, 6.0, seed)) {
     for (const int k : {1, 5, 16}) {
@@ -128,7 +130,8 @@ TEST(VoxelMap, MovesWithATransform) {
 TEST(VoxelThin, KeepsOneMeasuredPointPerCell) {
   const std::vector<Eigen::Vector3f> points = RandomPoints(20000, 3.0, 9);
   const std::vector<Eigen::Vector3f> thinned = VoxelThinned(points, 0.5);
-  EXPECT_EQ(thinned.size(), 12U * 12U * 12U);  // 20000 points leave none of the 1728 cells empty but with p = 1e-2
+  EXPECT_EQ(thinned.size(),
+            12U * 12U * 12U);  // 20000 points leave none of the 1728 cells empty but with p = 1e-2
   for (const Eigen::Vector3f& point : thinned) {
     EXPECT_NE(std::find(points.begin(), points.end(), point), points.end());
   }

@@ -10,8 +10,8 @@
 
 namespace mlvi {
 
-// Maps voxel keys to indices by open addressing with linear probing. Entries are not removed one by one: who removes
-// rebuilds (Clear and Insert), which the sliding window of a map does rarely.
+// Maps voxel keys to indices by open addressing with linear probing. Entries are not removed one by
+// one: who removes rebuilds (Clear and Insert), which the sliding window of a map does rarely.
 class VoxelTable {
  public:
   explicit VoxelTable(std::size_t expected = 1024) { Resize(expected); }
@@ -67,7 +67,8 @@ class VoxelTable {
     Resize(old.size());
     bool inserted = false;
     for (const Entry& entry : old) {
-      if (entry.key.bits() != VoxelKey::kInvalidBits) FindOrInsert(entry.key, entry.index, &inserted);
+      if (entry.key.bits() != VoxelKey::kInvalidBits)
+        FindOrInsert(entry.key, entry.index, &inserted);
     }
   }
 
