@@ -179,7 +179,6 @@ class Run {
     times_.push_back(MillisecondsSince(start));
     cpu_times_.push_back(CpuMilliseconds() - cpu_start);
     rounds_ += summary->rounds;
-    damped_ += summary->damped_steps;
     relinearized_ += summary->relinearized_variables;
     reordered_ += summary->reordered_variables;
     if (options_.print_every > 0 && i % options_.print_every == 0) {
@@ -227,7 +226,6 @@ class Run {
     json["mean_update_cpu_ms"] = std::accumulate(cpu_times_.begin(), cpu_times_.end(), 0.0) / cpu_times_.size();
     json["p99_update_cpu_ms"] = Quantile(cpu_times_, 0.99);
     json["mean_rounds"] = static_cast<double>(rounds_) / times_.size();
-    json["damped_steps"] = damped_;
     json["mean_relinearized"] = static_cast<double>(relinearized_) / times_.size();
     json["mean_reordered"] = static_cast<double>(reordered_) / times_.size();
     if (batches_ > 0) {
@@ -247,7 +245,7 @@ class Run {
   std::vector<Sequence::Edge> postponed_;
   Blocks blocks_;
   std::vector<double> times_, cpu_times_;
-  std::int64_t rounds_ = 0, relinearized_ = 0, reordered_ = 0, damped_ = 0;
+  std::int64_t rounds_ = 0, relinearized_ = 0, reordered_ = 0;
   double batch_ms_ = 0.0, incremental_ms_ = 0.0, worst_excess_ = 0.0;
   int batches_ = 0;
 };
@@ -264,6 +262,7 @@ int Main(int argc, char** argv) {
   app.add_option("--relinearize", options.smoother.relinearize_threshold, "relinearisation threshold");
   app.add_option("--model-error", options.smoother.model_error_threshold, "threshold of the model error");
   app.add_option("--wildfire", options.smoother.wildfire_threshold, "wildfire threshold");
+  app.add_option("--urgency", options.smoother.urgency, "multiple of a threshold at which rounds repeat at once");
   app.add_option("--rounds", options.smoother.max_rounds, "most rounds per update");
   CLI11_PARSE(app, argc, argv);
 

@@ -26,8 +26,9 @@ void SortUnique(std::vector<int>* values) {
 class IncrementalSmoother::Impl {
  public:
   explicit Impl(const IncrementalSmootherConfig& config) : config_(config), tree_(&variables_, &factors_) {
-    MLVI_CHECK(config.relinearize_threshold >= 0.0, "relinearize_threshold {}", config.relinearize_threshold);
-    MLVI_CHECK(config.model_error_threshold >= 0.0, "model_error_threshold {}", config.model_error_threshold);
+    MLVI_CHECK(config.relinearize_threshold > 0.0, "relinearize_threshold {}", config.relinearize_threshold);
+    MLVI_CHECK(config.urgency >= 1.0, "urgency {}", config.urgency);
+    MLVI_CHECK(config.model_error_threshold > 0.0, "model_error_threshold {}", config.model_error_threshold);
     MLVI_CHECK(config.wildfire_threshold >= 0.0, "wildfire_threshold {}", config.wildfire_threshold);
     MLVI_CHECK(config.max_rounds >= 1, "max_rounds {}", config.max_rounds);
   }
@@ -80,6 +81,7 @@ class IncrementalSmoother::Impl {
   std::vector<char> is_removed_;   // per factor
   std::vector<char> factor_mark_;  // scratch per factor
   std::vector<char> is_stale_;     // scratch per variable
+  bool is_urgent_ = false;
   std::vector<double> backup_;    // estimates before the Update, in case it fails
   std::vector<int> stale_;        // variables that the last Update should have linearised anew, had it had more rounds
   int factor_count_ = 0;
@@ -155,17 +157,25 @@ std::optional<Error> IncrementalSmoother::Impl::Linearize(const std::vector<int>
 // The variables that must be linearised anew after the steps of `changed` have changed.
 std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& changed) {
   is_stale_.assign(variables_.size(), 0);
-  for (const int v : changed) is_stale_[v] = variables_.ScaledStep(v) > config_.relinearize_threshold;
+  is_urgent_ = false;
+  for (const int v : changed) {
+    const double step = variables_.ScaledStep(v) / config_.relinearize_threshold;
+    is_stale_[v] = step > 1.0;
+    is_urgent_ |= step > config_.urgency;
+  }
   const std::vector<int> factors = FactorsOf(changed);
-  std::vector<char> errs(factors.size(), 0);
+  std::vector<char> errs(factors.size(), 0), urgent(factors.size(), 0);
   ParallelForChunks(factors.size(), kFactorGrain, [&](std::size_t begin, std::size_t end) {
     internal::FactorWorkspace workspace;
     for (std::size_t i = begin; i < end; ++i) {
       const internal::Factor& factor = factors_[factors[i]];
       if (std::ranges::all_of(factor.variables, [&](int v) { return is_stale_[v] != 0; })) continue;
-      errs[i] = !(workspace.ModelError(variables_, factor) <= config_.model_error_threshold);  // also NaN
+      const double error = workspace.ModelError(variables_, factor) / config_.model_error_threshold;
+      errs[i] = !(error <= 1.0);  // also NaN
+      urgent[i] = !(error <= config_.urgency);
     }
   });
+  is_urgent_ |= std::ranges::any_of(urgent, [](char u) { return u != 0; });
   for (std::size_t i = 0; i < factors.size(); ++i) {
     if (!errs[i]) continue;
     for (const int v : factors_[factors[i]].variables) is_stale_[v] |= variables_.ScaledStep(v) > 0.0;
@@ -211,6 +221,7 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
 }
 
 std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSummary* summary) {
+  // Staleness outlives an update that did not touch the variable.
   std::vector<int> moved = std::move(stale_);
   do {
     ++summary->rounds;
@@ -231,8 +242,8 @@ std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSumma
     const std::vector<int>& changed = tree_.Solve(config_.wildfire_threshold);
     for (const int v : changed) variables_.UpdateEstimate(v);
     moved = FindStale(changed);
-  } while (!moved.empty() && summary->rounds < config_.max_rounds);
-  summary->converged = moved.empty();
+  } while (is_urgent_ && summary->rounds < config_.max_rounds);
+  summary->converged = !is_urgent_;
   stale_ = std::move(moved);
   return std::nullopt;
 }

@@ -37,24 +37,27 @@ struct IncrementalSmootherConfig {
   // The variables of a factor are linearised anew, too, when its quadratic approximation errs by more than this about
   // its objective (a number without unit: 1 is a residual of 1.4 sigma). It catches what a threshold of distance cannot
   // know: how strongly the factor bends, and changes of robust weights.
-  double model_error_threshold = 0.1;
+  double model_error_threshold = 0.01;
   // Changes of a variable's step below this (divided by its scale) do not spread to the variables below it in the tree.
-  double wildfire_threshold = 1e-3;
-  // Within one Update, linearisation and solution repeat while variables exceed `relinearize_threshold`, at most so
-  // often. 1 is plain iSAM2, which leaves the rest to later updates.
+  // Where factors are strong, it decides the accuracy: cubicle.g2o (residuals of 1e-3 weigh 2 sigma) ends 13 % above
+  // its optimum at 1e-3 and 0.1 % below the best batch solution known to us at 1e-4, for 1.4 times the time.
+  double wildfire_threshold = 1e-4;
+  // What exceeds a threshold is linearised anew by the next Update, as in iSAM2. What exceeds this many times a threshold
+  // (a loop closure that moves much) is not put off: linearisation and solution repeat within the Update, at most
+  // `max_rounds` times. 1 iterates every Update to convergence.
+  double urgency = 10.0;
   int max_rounds = 10;
 };
 
 // What one Update did.
 struct IncrementalSmootherSummary {
   int rounds = 0;                  // linear solutions
-  int damped_steps = 0;            // rounds whose full step raised the objective and was shortened
   int relinearized_variables = 0;  // summed over rounds, like the counts below
   int relinearized_factors = 0;
   int reordered_variables = 0;
   int reeliminated_cliques = 0;
   int cliques = 0;  // of the tree afterwards
-  // False: `max_rounds` was spent and some variable still is farther than the threshold from its linearisation point.
+  // False: `max_rounds` was spent and something urgent is left to the next Update.
   bool converged = true;
 };
 

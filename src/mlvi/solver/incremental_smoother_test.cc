@@ -91,7 +91,7 @@ std::shared_ptr<ceres::CostFunction> Sighting(const Eigen::Vector2d& measured) {
 
 // So small that the result is the optimum to the accuracy of the linear algebra.
 IncrementalSmootherConfig Exact() {
-  return {.relinearize_threshold = 1e-9, .model_error_threshold = 1e-12, .wildfire_threshold = 0.0, .max_rounds = 30};
+  return {.relinearize_threshold = 1e-9, .model_error_threshold = 1e-12, .wildfire_threshold = 0.0, .urgency = 1.0, .max_rounds = 30};
 }
 
 // The same graph in the smoother and, on demand, in Ceres.
