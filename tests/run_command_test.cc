@@ -305,6 +305,11 @@ TEST_F(RunCommand, BadConfiguration) {
   EXPECT_EQ(RunMlvi("fly").exit_code, 1);
 }
 
+TEST(ConfigurationPage, IsWhatTheProgramDeclares) {
+  EXPECT_EQ(RunMlvi("config-docs").output, ReadFile(fs::path(MLVI_SOURCE_DIR) / "docs" / "configuration.md"))
+      << "renew it: mlvi config-docs > docs/configuration.md";
+}
+
 TEST_F(RunCommand, InterruptionKeepsWhatWasEstimated) {
   Simulate();
   const pid_t child = fork();

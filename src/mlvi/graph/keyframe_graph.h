@@ -23,8 +23,8 @@ struct GraphConfig {
   double keyframe_distance = 1.0;
   double keyframe_angle = 0.35;
   double keyframe_interval = 5.0;
-  double lidar_position_sigma = 0.005;
-  double lidar_rotation_sigma = 0.001;
+  double lidar_position_sigma = 0.001;
+  double lidar_rotation_sigma = 0.0001;
   double relinearize_threshold = 0.05;
   double loop_loss_scale = 1.0;
   void Declare(ConfigDeclaration& d);

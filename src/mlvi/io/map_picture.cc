@@ -49,6 +49,15 @@ struct View {
   }
 };
 
+// The pixels of the cell whose smallest corner is `corner`, m; neighbouring cells abut, and none is empty.
+cv::Rect CellPixels(const Eigen::Vector2d& corner, double cell, const View& view) {
+  const cv::Point2d low = view.ToPixel(corner), high = view.ToPixel(corner + Eigen::Vector2d::Constant(cell));
+  const cv::Point left_top(static_cast<int>(std::floor(low.x)), static_cast<int>(std::floor(high.y)));
+  const int width = static_cast<int>(std::floor(high.x)) - left_top.x;
+  const int height = static_cast<int>(std::floor(low.y)) - left_top.y;
+  return {left_top, cv::Size(std::max(width, 1), std::max(height, 1))};
+}
+
 // The largest of 1, 2, 5, 10, ... m that takes at most a quarter of the picture.
 double ScaleBarLength(const View& view) {
   const double most = 0.25 * view.Width() / view.pixels_per_metre;
@@ -114,15 +123,14 @@ Expected<void> MapPicture::Save(const std::string& path, int size) const {
   view.Fit(size);
   cv::Mat density(view.Height(), view.Width(), CV_32F, cv::Scalar(0));
   for (const auto& [key, count] : counts_) {
-    const cv::Point2d p = view.ToPixel((Unpack(key).array() + 0.5) * cell_);
-    const cv::Point pixel(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
     // Integers below 2^24: the order of the unordered cells does not matter.
-    if (cv::Rect(0, 0, density.cols, density.rows).contains(pixel)) density.at<float>(pixel) += static_cast<float>(count);
+    density(CellPixels(Unpack(key) * cell_, cell_, view) & cv::Rect(0, 0, density.cols, density.rows)) +=
+        static_cast<double>(count);
   }
   cv::Mat picture(density.size(), CV_8UC3);
   for (int row = 0; row < density.rows; ++row) {
     for (int column = 0; column < density.cols; ++column) {
-      const float shade = std::min(1.0F, std::log1p(density.at<float>(row, column)) / std::log(60.0F));
+      const float shade = std::min(1.0F, std::log1p(density.at<float>(row, column)) / std::log(40.0F));
       picture.at<cv::Vec3b>(row, column) = cv::Vec3b::all(static_cast<std::uint8_t>(255.0F - 215.0F * shade));
     }
   }
