@@ -263,6 +263,7 @@ LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResul
   map.Insert(features, prior.mean.nav.T_world_body);
   last_registered = prior.mean.nav.stamp;
   result.reason += "; a new local map begins at the predicted pose";
+  result.map_restarted = true;
   return result;
 }
 

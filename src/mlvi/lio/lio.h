@@ -42,6 +42,7 @@ struct LioResult {
   int iterations = 0;
   double rms_residual = 0.0;  // m
   bool converged = false;
+  bool map_restarted = false;  // registration failed for so long that a new local map began: a reset
   double new_share = 0.0;  // of the sweep's points, those that were new to the local map
 };
 

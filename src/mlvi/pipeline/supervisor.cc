@@ -78,6 +78,11 @@ void Supervisor::ObserveTracking(const LidarSweep& sweep, const LioResult& resul
         pending_sweeps_ + 1 - static_cast<std::int64_t>(result.estimates.size());
   }
   if (!odometry_.initialized) return;
+  if (result.map_restarted) {
+    ++odometry_.resets;
+    events_.Raise({.stamp = sweep.stamp, .severity = Severity::kError, .source = "lio",
+                   .message = "reset: " + result.reason});
+  }
   if (tracking) {
     const Degeneracy& degeneracy = result.estimates.back().degeneracy;
     if (!result.converged) ++odometry_.sweeps_unconverged;

@@ -73,6 +73,16 @@ TEST_F(SupervisorTest, LostOnlyAfterManyFailuresInARow) {
   EXPECT_EQ(supervisor_.odometry().sweeps_unconverged, 19);
 }
 
+TEST_F(SupervisorTest, ARestartedMapIsAReset) {
+  supervisor_.Observe(SweepAt(0.0), Tracking(true));
+  LioResult restarted;
+  restarted.status = LioResult::Status::kRejected;
+  restarted.rejection = "not registered";
+  restarted.map_restarted = true;
+  supervisor_.Observe(SweepAt(0.1), restarted);
+  EXPECT_EQ(supervisor_.odometry().resets, 1);
+}
+
 TEST_F(SupervisorTest, CountsRejectedSweepsByReason) {
   LioResult rejected;
   rejected.status = LioResult::Status::kRejected;
