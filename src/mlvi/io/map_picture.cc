@@ -124,8 +124,9 @@ Expected<void> MapPicture::Save(const std::string& path, int size) const {
   cv::Mat density(view.Height(), view.Width(), CV_32F, cv::Scalar(0));
   for (const auto& [key, count] : counts_) {
     // Integers below 2^24: the order of the unordered cells does not matter.
-    density(CellPixels(Unpack(key) * cell_, cell_, view) & cv::Rect(0, 0, density.cols, density.rows)) +=
-        static_cast<double>(count);
+    const cv::Rect pixels =
+        CellPixels(Unpack(key) * cell_, cell_, view) & cv::Rect(0, 0, density.cols, density.rows);
+    if (!pixels.empty()) density(pixels) += static_cast<double>(count);  // the outermost points lie outside
   }
   cv::Mat picture(density.size(), CV_8UC3);
   for (int row = 0; row < density.rows; ++row) {
