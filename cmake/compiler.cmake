@@ -9,9 +9,12 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
+# Without this sloppiness ccache refuses every source that uses a precompiled header; without the base directory two
+# work trees share nothing.
 find_program(MLVI_CCACHE ccache)
 if(MLVI_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${MLVI_CCACHE}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+    "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${MLVI_CCACHE}")
 endif()
 find_program(MLVI_MOLD mold)
 # GCC 12 learnt -fuse-ld=mold; older compilers keep the system linker.
