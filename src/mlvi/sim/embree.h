@@ -24,4 +24,15 @@ inline void IntersectRay(RTCScene scene, RTCRayHit& ray_hit) {
 #endif
 }
 
+// Sets ray.tfar to minus infinity if anything lies on it.
+inline void IsOccluded(RTCScene scene, RTCRay& ray) {
+#if RTC_VERSION_MAJOR >= 4
+  rtcOccluded1(scene, &ray);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &ray);
+#endif
+}
+
 }  // namespace mlvi::internal

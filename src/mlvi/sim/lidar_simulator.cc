@@ -27,8 +27,8 @@ double DetectionProbability(const LidarPhysics& physics, double reflectivity, do
 
 }  // namespace
 
-LidarPoint LidarSimulator::Fire(const LidarRay& ray, const World& world, const Pose3& T_world_lidar,
-                                RandomStream random) const {
+LidarPoint LidarSimulator::Fire(const LidarRay& ray, const WorldSnapshot& world,
+                                const Pose3& T_world_lidar, RandomStream random) const {
   const LidarPhysics& physics = pattern_.physics;
   LidarPoint point{.offset_ns = pattern_.firing_offsets_ns[ray.firing], .ring = ray.ring};
   const Eigen::Vector3d origin = ray.origin.cast<double>(), nominal = ray.direction.cast<double>();
@@ -53,9 +53,13 @@ LidarPoint LidarSimulator::Fire(const LidarRay& ray, const World& world, const P
 LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, Time stamp,
                                  std::uint64_t index) const {
   const auto& offsets = pattern_.firing_offsets_ns;
+  const bool moves = !world.movers().empty();
   std::vector<Pose3> poses(offsets.size());
+  std::vector<WorldSnapshot> snapshots(moves ? offsets.size() : 1, world.At(stamp));
   ParallelFor(offsets.size(), 512, [&](std::size_t i) {
-    poses[i] = motion.PoseAt(stamp + Duration::FromNanoseconds(offsets[i])) * T_body_lidar_;
+    const Time time = stamp + Duration::FromNanoseconds(offsets[i]);
+    poses[i] = motion.PoseAt(time) * T_body_lidar_;
+    if (moves) snapshots[i] = world.At(time);
   });
   LidarSweep sweep;
   sweep.stamp = stamp;
@@ -65,7 +69,8 @@ LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, T
   const RandomStream random = random_.Fork(index);
   ParallelFor(pattern_.rays.size(), 1024, [&](std::size_t i) {
     const LidarRay& ray = pattern_.rays[i];
-    sweep.points[i] = Fire(ray, world, poses[ray.firing], random.Fork(i));
+    sweep.points[i] =
+        Fire(ray, snapshots[moves ? ray.firing : 0], poses[ray.firing], random.Fork(i));
   });
   return sweep;
 }

@@ -10,7 +10,8 @@
 
 namespace mlvi {
 
-// Sweeps of a moving LiDAR: every ray starts from the pose of the body at its own firing instant.
+// Sweeps of a moving LiDAR: every ray starts from the pose of the body at its own firing instant,
+// and meets moving objects where they are then.
 class LidarSimulator {
  public:
   LidarSimulator(LidarPattern pattern, const Pose3& T_body_lidar, RandomStream random)
@@ -25,7 +26,7 @@ class LidarSimulator {
                    std::uint64_t index) const;
 
  private:
-  LidarPoint Fire(const LidarRay& ray, const World& world, const Pose3& T_world_lidar,
+  LidarPoint Fire(const LidarRay& ray, const WorldSnapshot& world, const Pose3& T_world_lidar,
                   RandomStream random) const;
 
   LidarPattern pattern_;

@@ -47,11 +47,20 @@ std::array<Eigen::Vector3d, 3> Leaf(const Eigen::Vector3d& centre, double size,
 
 }  // namespace
 
-MaterialId MeshBuilder::AddMaterial(const std::string& name, double reflectivity) {
-  MLVI_CHECK(reflectivity >= 0.0 && reflectivity <= 1.0, "reflectivity {} of {}", reflectivity,
-             name);
-  mesh_.materials.push_back({.name = name, .reflectivity = reflectivity});
+MaterialId MeshBuilder::AddMaterial(const Material& material) {
+  MLVI_CHECK(material.reflectivity >= 0.0 && material.reflectivity <= 1.0, "reflectivity {} of {}",
+             material.reflectivity, material.name);
+  MLVI_CHECK(material.transmission >= 0.0 && material.mirror >= 0.0 &&
+                 material.transmission + material.mirror <= 1.0,
+             "transmission {} and mirror {} of {}", material.transmission, material.mirror,
+             material.name);
+  MLVI_CHECK(material.tile > 0.0, "a tile of {} m of {}", material.tile, material.name);
+  mesh_.materials.push_back(material);
   return static_cast<MaterialId>(mesh_.materials.size() - 1);
+}
+
+MaterialId MeshBuilder::AddMaterial(const std::string& name, double reflectivity) {
+  return AddMaterial({.name = name, .reflectivity = reflectivity});
 }
 
 void MeshBuilder::AddTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -60,6 +69,22 @@ void MeshBuilder::AddTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b
   for (const Eigen::Vector3d& p : {a, b, c}) mesh_.vertices.push_back(p.cast<float>());
   mesh_.triangles.push_back({first, first + 1, first + 2});
   mesh_.triangle_materials.push_back(material);
+}
+
+void MeshBuilder::AddTriangle(const std::array<Eigen::Vector3d, 3>& corners,
+                              const std::array<Eigen::Vector2d, 3>& texture_coordinates,
+                              MaterialId material) {
+  // Those before without coordinates get zeros; Finish fills up those after.
+  mesh_.texture_coordinates.resize(mesh_.vertices.size(), Eigen::Vector2f::Zero());
+  AddTriangle(corners[0], corners[1], corners[2], material);
+  for (const Eigen::Vector2d& uv : texture_coordinates)
+    mesh_.texture_coordinates.push_back(uv.cast<float>());
+}
+
+TriangleMesh MeshBuilder::Finish() && {
+  if (!mesh_.texture_coordinates.empty())
+    mesh_.texture_coordinates.resize(mesh_.vertices.size(), Eigen::Vector2f::Zero());
+  return std::move(mesh_);
 }
 
 void MeshBuilder::AddQuad(const Eigen::Vector3d& a, const Eigen::Vector3d& b,

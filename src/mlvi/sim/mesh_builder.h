@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,10 +37,15 @@ struct PanelFrame {
 // Collects the triangles of a world from the shapes of buildings and nature.
 class MeshBuilder {
  public:
+  MaterialId AddMaterial(const Material& material);
+  // Plain and grey.
   MaterialId AddMaterial(const std::string& name, double reflectivity);
 
   void AddTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                    MaterialId material);
+  // With the texture coordinates of its corners (TextureMapping::kVertex).
+  void AddTriangle(const std::array<Eigen::Vector3d, 3>& corners,
+                   const std::array<Eigen::Vector2d, 3>& texture_coordinates, MaterialId material);
   // Corners in order around it.
   void AddQuad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                const Eigen::Vector3d& d, MaterialId material);
@@ -62,7 +68,7 @@ class MeshBuilder {
   void AddStairs(const Eigen::Vector3d& corner, const Eigen::Vector3d& direction, double width,
                  int steps, double run, double rise, MaterialId material);
 
-  TriangleMesh Finish() && { return std::move(mesh_); }
+  TriangleMesh Finish() &&;
 
  private:
   TriangleMesh mesh_;

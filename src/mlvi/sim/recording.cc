@@ -73,6 +73,7 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
       motion_(MakeMotion(options_, place_.path)),
       lidar_(MakeLidar(options_)),
       imu_(PhysicsOf(options_), motion_, options_.begin, end_, RandomStream(options_.seed, "imu")) {
+  place_.world.StartClock(options_.begin);
   while (SweepStamp(sweeps_) + lidar_.pattern().span() <= end_) ++sweeps_;
 }
 

@@ -72,6 +72,62 @@ TEST(World, BoxIsClosedAndClearanceIsTheDistanceToItsNearestFace) {
   EXPECT_FALSE(world.Cast(centre, Eigen::Vector3d::UnitZ(), 2.9).has_value());
 }
 
+// A box of 0.4 x 0.4 x 1.8 m that runs along x at 2 m/s, with a smaller one turning 3 m above it.
+MovingObject Runner() {
+  MeshBuilder trunk, hat;
+  trunk.AddBox({0.0, 0.0, 0.0}, {0.4, 0.4, 1.8}, 0.0, trunk.AddMaterial("cloth", 0.5));
+  hat.AddBox({0.0, 0.0, 0.0}, {1.0, 0.2, 0.2}, 0.0, hat.AddMaterial("hat", 0.9));
+  return {.name = "runner",
+          .parts = {std::move(trunk).Finish(), std::move(hat).Finish()},
+          .poses = [](double seconds, std::span<Pose3> T_world_part) {
+            const Eigen::Vector3d at(2.0 * seconds, 5.0, 0.0);
+            T_world_part[0] = Pose3::FromTranslation(at);
+            T_world_part[1] = Pose3(ExpSo3({0.0, 0.0, seconds}), at + Eigen::Vector3d(0, 0, 3.0));
+          }};
+}
+
+TriangleMesh Wall(double transmission) {
+  MeshBuilder builder;
+  const MaterialId wall = builder.AddMaterial({.name = "wall", .transmission = transmission});
+  builder.AddQuad({-20, 10, -5}, {20, 10, -5}, {20, 10, 15}, {-20, 10, 15}, wall);
+  return std::move(builder).Finish();
+}
+
+TEST(World, MovingObjectsAreMetWhereTheyAreAtTheTime) {
+  World world(Wall(0.0), {}, {Runner()});
+  const Time begin = Time::FromNanoseconds(1'000'000'000'000);
+  world.StartClock(begin);
+  const Eigen::Vector3d ahead = Eigen::Vector3d::UnitY();
+  for (const double seconds : {0.0, 0.5, 2.0}) {
+    const WorldSnapshot snapshot = world.At(begin + Duration::FromSeconds(seconds));
+    const Eigen::Vector3d before(2.0 * seconds + 0.1, 0.0, 1.0);
+    const auto hit = snapshot.Cast(before, ahead, 50.0);
+    ASSERT_TRUE(hit.has_value());
+    EXPECT_NEAR(hit->range, 4.8, 1e-5);
+    EXPECT_EQ(hit->object, 0);
+    EXPECT_EQ(hit->material->name, "cloth");
+    EXPECT_NEAR(hit->normal.y(), -1.0, 1e-6);
+    EXPECT_TRUE(snapshot.Occluded(before, ahead, 5.0));
+    EXPECT_FALSE(snapshot.Occluded(before, ahead, 4.7));
+    // Beside it, and the turning part above it: the long side faces along y only at the start.
+    EXPECT_EQ(snapshot.Cast(before + Eigen::Vector3d(0.15, 0, 0), ahead, 50.0)->object, -1);
+    const auto above = snapshot.Cast({2.0 * seconds, 0.0, 3.1}, ahead, 50.0);
+    EXPECT_EQ(above->part, 1);
+    // Its side faces the ray until it has turned by a right angle.
+    const double facing = seconds < 1.5 ? -1.0 : 1.0;
+    EXPECT_NEAR(above->normal.dot(snapshot.PoseOf(0, 1).rotation() * Eigen::Vector3d::UnitY()),
+                facing, 1e-6);
+  }
+}
+
+TEST(World, LightPassesGlassAndRaysMeetIt) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero(), ahead = Eigen::Vector3d::UnitY();
+  const World solid(Wall(0.0)), glass(Wall(0.8));
+  EXPECT_TRUE(solid.At(Time::FromNanoseconds(0)).Occluded(origin, ahead, 20.0));
+  EXPECT_FALSE(glass.At(Time::FromNanoseconds(0)).Occluded(origin, ahead, 20.0));
+  EXPECT_NEAR(glass.Cast(origin, ahead, 20.0)->range, 10.0, 1e-5);
+}
+
 TEST(World, RefusesBrokenMeshes) {
   TriangleMesh mesh;
   EXPECT_THROW(World{mesh}, ContractViolation);

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/embree_mesh.h"
+
+#include <algorithm>
+
+#include "mlvi/base/error.h"
+
+namespace mlvi::internal {
+namespace {
+
+template <typename Element>
+Element* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t size) {
+  static_assert(sizeof(Element) == 12, "three packed 32-bit numbers");
+  void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(Element), size);
+  MLVI_CHECK(buffer != nullptr, "no memory for {} elements", size);
+  return static_cast<Element*>(buffer);
+}
+
+RTCRay RayOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double max_range) {
+  RTCRay ray{};
+  const Eigen::Vector3f o = origin.cast<float>(), d = direction.cast<float>();
+  ray.org_x = o.x(), ray.org_y = o.y(), ray.org_z = o.z();
+  ray.dir_x = d.x(), ray.dir_y = d.y(), ray.dir_z = d.z();
+  ray.tfar = static_cast<float>(max_range);
+  ray.mask = 0xffffffffU;
+  return ray;
+}
+
+}  // namespace
+
+// One build thread: the tree, and with it the choice between triangles hit at equal range, is the
+// same on every run.
+EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice("threads=1")) {
+  MLVI_CHECK(device_ != nullptr, "Embree has no device: error {}",
+             static_cast<int>(rtcGetDeviceError(nullptr)));
+}
+
+EmbreeMesh::EmbreeMesh(const EmbreeDevice& device, const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> solid, transparent;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const bool passes = mesh.materials[mesh.triangle_materials[i]].transmission > 0.0;
+    (passes ? transparent : solid).push_back(i);
+  }
+  const auto new_scene = [&] {
+    RTCScene scene = rtcNewScene(device.get());
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // watertight edges
+    return scene;
+  };
+  all_ = new_scene();
+  opaque_ = transparent.empty() ? all_ : new_scene();
+  Attach(device, mesh, std::move(solid), true);
+  Attach(device, mesh, std::move(transparent), false);
+  rtcCommitScene(all_);
+  if (opaque_ != all_) rtcCommitScene(opaque_);
+}
+
+void EmbreeMesh::Attach(const EmbreeDevice& device, const TriangleMesh& mesh,
+                        std::vector<std::uint32_t> triangles, bool opaque) {
+  if (triangles.empty()) return;
+  RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = NewBuffer<Eigen::Vector3f>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3,
+                                              mesh.vertices.size());
+  std::copy(mesh.vertices.begin(), mesh.vertices.end(), vertices);
+  auto* indices = NewBuffer<std::array<std::uint32_t, 3>>(geometry, RTC_BUFFER_TYPE_INDEX,
+                                                          RTC_FORMAT_UINT3, triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) indices[i] = mesh.triangles[triangles[i]];
+  rtcCommitGeometry(geometry);
+  const auto id = static_cast<unsigned>(triangles_.size());
+  rtcAttachGeometryByID(all_, geometry, id);
+  if (opaque && opaque_ != all_) rtcAttachGeometryByID(opaque_, geometry, id);
+  rtcReleaseGeometry(geometry);
+  triangles_.push_back(std::move(triangles));
+}
+
+EmbreeMesh::EmbreeMesh(EmbreeMesh&& other) noexcept
+    : all_(std::exchange(other.all_, nullptr)),
+      opaque_(std::exchange(other.opaque_, nullptr)),
+      triangles_(std::move(other.triangles_)) {}
+
+EmbreeMesh::~EmbreeMesh() {
+  if (all_ == nullptr) return;
+  if (opaque_ != all_) rtcReleaseScene(opaque_);
+  rtcReleaseScene(all_);
+}
+
+std::optional<MeshHit> EmbreeMesh::Cast(const Eigen::Vector3d& origin,
+                                        const Eigen::Vector3d& direction, double max_range) const {
+  RTCRayHit query{};
+  query.ray = RayOf(origin, direction, max_range);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  IntersectRay(all_, query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return MeshHit{.range = query.ray.tfar,
+                 .normal = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z},
+                 .triangle = triangles_[query.hit.geomID][query.hit.primID],
+                 .u = query.hit.u,
+                 .v = query.hit.v};
+}
+
+bool EmbreeMesh::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                          double max_range) const {
+  RTCRay ray = RayOf(origin, direction, max_range);
+  IsOccluded(opaque_, ray);
+  return ray.tfar < 0.0F;
+}
+
+}  // namespace mlvi::internal
