@@ -21,10 +21,10 @@ find_package(nlohmann_json 3.10 REQUIRED)
 find_package(CLI11 REQUIRED)
 # k-nearest neighbours of small static clouds.
 find_package(nanoflann REQUIRED)
-# Pictures (PNG) of maps and, with cameras, image decoding and tracking.
+# Pictures (PNG) of maps, image decoding; corners and pyramidal optical flow of the cameras (imgproc, video).
 # By module, not by OpenCVConfig.cmake: that lies in a package which draws in every OpenCV module and VTK.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-foreach(component core imgproc imgcodecs)
+foreach(component core imgproc imgcodecs video)
   find_library(OPENCV_${component}_LIBRARY opencv_${component} REQUIRED)
   add_library(opencv_${component} UNKNOWN IMPORTED)
   set_target_properties(opencv_${component} PROPERTIES IMPORTED_LOCATION "${OPENCV_${component}_LIBRARY}"

@@ -15,7 +15,7 @@ packages=(
   libfmt-dev libexpected-dev nlohmann-json3-dev libyaml-cpp-dev libcli11-dev
   # recordings and pictures
   librosbag-storage-dev libroslz4-dev pluginlib-dev libbz2-dev liblz4-dev
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-video-dev
   # simulator
   libembree-dev
   # tests and benchmarks
