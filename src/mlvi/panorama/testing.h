@@ -4,12 +4,14 @@
 // Rigs and random scenes for the tests of this module, of those above it, and of benchmarks.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "mlvi/base/random.h"
-#include "mlvi/panorama/panorama_model.h"
+#include "mlvi/geometry/tangent_basis.h"
+#include "mlvi/panorama/compensation.h"
 #include "mlvi/sensors/camera_test_calibrations.h"
 
 namespace mlvi::test {
@@ -59,6 +61,71 @@ inline PanoramaModel MakePanorama(const Rig& rig, const PanoramaOptions& options
   auto model = PanoramaModel::FromRig(rig, options);
   MLVI_CHECK(model.has_value(), "{}", model.error().message);
   return *model;
+}
+
+// Random geometry of one camera at `views` places: directions of the point, of the camera's offset
+// and of the motions are uniform on the sphere, and so are the axes of rotation.
+struct ViewSetting {
+  double offset = 0.08;    // m, of the camera from S
+  double depth = 10.0;     // m, of the point from the first S
+  double radius = 1.0;     // m
+  double baseline = 0.5;   // m, from the first S to the others
+  double rotation = 0.17;  // rad, from the first view to the others
+  double noise = 0.0;      // rad, of bearings
+  int views = 2;
+};
+
+struct RandomViews {
+  Eigen::Vector3d point;  // world; the first pano frame is the world
+  std::vector<PanoramicView> views;
+};
+
+inline PanoramicView MakeView(const ViewSetting& s, const Eigen::Vector3d& point,
+                              const Eigen::Vector3d& center, const Pose3& T_world_pano,
+                              RandomStream& random) {
+  PanoramicView view{.T_world_pano = T_world_pano, .pixel_sigma = std::max(s.noise, 1e-6)};
+  PanoramicObservation& o = view.observation;
+  o.center = center;
+  const Eigen::Vector3d exact = (T_world_pano.inverse() * point - center).normalized();
+  const Eigen::Vector2d noise(random.Normal(), random.Normal());
+  o.bearing = (exact + TangentBasis(exact) * (s.noise * noise)).normalized();
+  o.point = PointOnSphere(o.center, o.bearing, s.radius);
+  o.pixel_per_bearing = TangentBasis(o.bearing).transpose();  // a lens of 1 px/rad
+  return view;
+}
+
+inline RandomViews MakeRandomViews(const ViewSetting& s, RandomStream& random) {
+  RandomViews result{.point = s.depth * RandomDirection(random), .views = {}};
+  const Eigen::Vector3d center = s.offset * RandomDirection(random);
+  for (int i = 0; i < s.views; ++i) {
+    const Pose3 motion = i == 0 ? Pose3() : RandomPose(random, s.baseline, s.rotation);
+    result.views.push_back(MakeView(s, result.point, center, motion, random));
+  }
+  return result;
+}
+
+// |depth / truth - 1| of the point seen from the first place; what cannot be triangulated counts as
+// an error of its own size.
+inline double DepthError(const ViewSetting& s, Compensation mode, RandomStream random) {
+  const RandomViews scene = MakeRandomViews(s, random);
+  std::optional<Eigen::Vector3d> estimate;
+  if (s.views == 2) {
+    estimate = TriangulateTwoViews(scene.views[0], scene.views[1], mode);
+  } else if (const auto result = TriangulateViews(scene.views, mode)) {
+    estimate = result->point;
+  }
+  return estimate ? std::abs(estimate->norm() / s.depth - 1.0) : 1.0;
+}
+
+inline double MedianDepthError(const ViewSetting& setting, Compensation mode, int trials) {
+  std::vector<double> errors;
+  const RandomStream random(1, "compensation");
+  for (int i = 0; i < trials; ++i) {
+    errors.push_back(DepthError(setting, mode, random.Fork(static_cast<std::uint64_t>(i))));
+  }
+  const auto middle = errors.begin() + trials / 2;
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
 }
 
 }  // namespace mlvi::test
