@@ -4,6 +4,7 @@
 
 #include "mlvi/sim/mesh_builder.h"
 #include "mlvi/sim/places.h"
+#include "mlvi/sim/places/rooms.h"
 
 namespace mlvi {
 namespace {
@@ -27,70 +28,11 @@ Materials AddMaterials(MeshBuilder& builder) {
           .furniture = builder.AddMaterial("furniture", 0.5)};
 }
 
-// Holes of the walls of a room; u is the world's x (south, north) or y (east, west), v the height
-// above its floor.
-struct WallHoles {
-  std::vector<PanelHole> south = {}, east = {}, north = {}, west = {};
-};
-
-struct RoomMaterials {
-  MaterialId south, east, north, west, floor, ceiling;
-};
-
-RoomMaterials Painted(const Materials& m) {
-  return {m.wall, m.wall, m.wall, m.wall, m.floor, m.ceiling};
-}
-
-// The holes of a wall whose panel starts at `start` and runs along +axis or (`reversed`) along
-// -axis.
-std::vector<PanelHole> OnPanel(std::vector<PanelHole> holes, double start, bool reversed) {
-  for (PanelHole& hole : holes) {
-    const double u0 = hole.u0, u1 = hole.u1;
-    hole.u0 = reversed ? start - u1 : u0 - start;
-    hole.u1 = reversed ? start - u0 : u1 - start;
-  }
-  return holes;
-}
-
-// The inside of a box, walls looking inwards.
-void AddRoom(MeshBuilder& builder, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
-             const RoomMaterials& m, const WallHoles& holes) {
-  const Eigen::Vector3d size = high - low, x = Eigen::Vector3d::UnitX(),
-                        y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
-  builder.AddPanel({{high.x(), low.y(), low.z()}, -x, z, size.x(), size.z()}, m.south,
-                   OnPanel(holes.south, high.x(), true));
-  builder.AddPanel({{low.x(), high.y(), low.z()}, x, z, size.x(), size.z()}, m.north,
-                   OnPanel(holes.north, low.x(), false));
-  builder.AddPanel({{high.x(), high.y(), low.z()}, -y, z, size.y(), size.z()}, m.east,
-                   OnPanel(holes.east, high.y(), true));
-  builder.AddPanel({low, y, z, size.y(), size.z()}, m.west, OnPanel(holes.west, low.y(), false));
-  builder.AddPanel({low, x, y, size.x(), size.y()}, m.floor);
-  builder.AddPanel({low + size.z() * z, x, y, size.x(), size.y()}, m.ceiling);
-}
-
-// A passage between rooms; the wall of one of them holds its reveals, 0.2 m deep.
-PanelHole Passage(double u0, double u1, double height) {
-  return {.u0 = u0, .u1 = u1, .v0 = 0.0, .v1 = height, .depth = 0.0, .open = true};
-}
-PanelHole FramedPassage(double u0, double u1, double height, MaterialId frame) {
-  PanelHole hole = Passage(u0, u1, height);
-  hole.depth = 0.2;
-  hole.reveal = frame;
-  return hole;
-}
+RoomMaterials Painted(const Materials& m) { return mlvi::Painted(m.wall, m.floor, m.ceiling); }
 
 // Corridor along x, the lobby south of its beginning, joined by a passage in a wall of 0.2 m.
 void AddCorridorAndLobby(MeshBuilder& builder, const Materials& m, RandomStream& random) {
-  const auto door = [&](double x) {
-    const double u = x + random.Uniform(-0.5, 0.5);
-    return PanelHole{.u0 = u,
-                     .u1 = u + 0.95,
-                     .v0 = 0.0,
-                     .v1 = 2.1,
-                     .depth = 0.06,
-                     .back = m.door,
-                     .reveal = m.frame};
-  };
+  const auto door = [&](double x) { return Door(x + random.Uniform(-0.5, 0.5), m.door, m.frame); };
   const WallHoles corridor{
       .south = {FramedPassage(2.0, 4.4, 2.3, m.frame), door(24.0)},
       .north = {door(9.0), door(41.0), FramedPassage(51.2, 53.6, 2.3, m.frame)}};

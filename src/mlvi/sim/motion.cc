@@ -73,16 +73,43 @@ std::vector<Oscillation> Shaking(RandomStream& random) {
   return result;
 }
 
+// The body of a robot on its wheels: heaving, pitching and rolling at 5-9 Hz, of accelerations up
+// to about `amplitude` m/s^2.
+std::vector<Oscillation> Vibration(double amplitude, RandomStream random) {
+  std::vector<Oscillation> result;
+  for (int axis = 0; axis < 3; ++axis) {
+    Oscillation o{.frequency = random.Uniform(5.0, 9.0),
+                  .phase = random.Uniform(0.0, 2.0 * std::numbers::pi)};
+    const double omega = 2.0 * std::numbers::pi * o.frequency;
+    const double shift = amplitude / (omega * omega);
+    if (axis == 2) o.shift.z() = shift;
+    if (axis < 2) o.turn[axis] = 4.0 * shift;  // wheels a quarter of a metre from the middle
+    result.push_back(o);
+  }
+  return result;
+}
+
 double SmoothStep(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
 }
 
-// The walker without oscillations: where, heading where, and how much in motion, at every control
-// instant.
+// How much in motion `t` s after the initial rest: 0 within the stops of the profile, else 1, with
+// a second to slow down and to start.
+double Stopping(const MotionProfile& profile, double t) {
+  if (profile.pause_every <= 0.0 || t < 0.0) return 1.0;
+  const double period = profile.pause_every + profile.pause + 2.0;
+  const double in_period = t - period * std::floor(t / period);
+  const double stop = in_period - profile.pause_every;
+  return stop < 0.0 ? 1.0 : 1.0 - SmoothStep(stop) + SmoothStep(stop - 1.0 - profile.pause);
+}
+
+// The walker without oscillations: where, heading where, how steeply and how much in motion, at
+// every control instant.
 struct Walker {
   std::vector<Eigen::Vector3d> positions;
   std::vector<double> headings;
+  std::vector<double> slopes;    // magnitudes
   std::vector<double> activity;  // 0 at rest .. 1
 };
 
@@ -93,21 +120,27 @@ Walker Walk(const WalkingPath& path, const MotionProfile& profile, std::size_t c
   for (std::size_t i = 0; i < controls; ++i) {
     const double t = dt * (static_cast<double>(i) - 1.0);
     const double activity =
-        profile.rest > 0.0 ? SmoothStep((t - profile.rest) / kStartSeconds) : 1.0;
+        (profile.rest > 0.0 ? SmoothStep((t - profile.rest) / kStartSeconds) : 1.0) *
+        Stopping(profile, t - profile.rest);
     const PathPoint at = path.At(s);
+    const double slope = std::abs(at.slope);
     walker.positions.push_back(at.position);
     walker.headings.push_back(at.heading);
+    walker.slopes.push_back(slope);
     walker.activity.push_back(activity);
-    s += profile.speed * activity / (1.0 + 0.6 * at.curvature) * dt;  // slower in bends
+    // Slower in bends and on stairs.
+    s += profile.speed * activity / (1.0 + 0.6 * at.curvature + profile.stair_slowing * slope) * dt;
   }
   walker.headings = SmoothOpen(walker.headings, profile.heading_smoothing / dt);
   return walker;
 }
 
 // Bursts: shaking swells and fades within some seconds.
-double Envelope(double t, double phase) {
+double Envelope(const MotionProfile& profile, double t, double phase) {
   const double wave = std::sin(2.0 * std::numbers::pi * t / 7.0 + phase);
-  return 0.3 + 0.7 * wave * wave;
+  double swell = wave * wave;
+  for (int i = 1; i < profile.burst_sharpness; ++i) swell *= wave * wave;
+  return profile.calm + (1.0 - profile.calm) * swell;
 }
 
 struct ShakingScale {
@@ -127,16 +160,22 @@ class WalkMaker {
     gait_ = Gait(profile, random_);
     shaking_ = Shaking(random_);
     envelope_phase_ = random_.Uniform(0.0, std::numbers::pi);
+    vibration_ = Vibration(profile.vibration, RandomStream(seed, "vibration"));
   }
 
   PoseSpline Make(const ShakingScale& scale) const {
     std::vector<Pose3> controls;
     for (std::size_t i = 0; i < walker_.positions.size(); ++i) {
       const double t = profile_.knot_interval.seconds() * (static_cast<double>(i) - 1.0);
-      const Offset gait = Sum(gait_, t), shaking = Sum(shaking_, t);
-      const double burst = Envelope(t, envelope_phase_), activity = walker_.activity[i];
-      const Eigen::Vector3d shift = activity * (gait.shift + burst * scale.shift * shaking.shift);
-      const Eigen::Vector3d turn = activity * (gait.turn + burst * scale.turn * shaking.turn);
+      Offset gait = Sum(gait_, t);
+      gait.shift.z() *= 1.0 + profile_.stair_bob * walker_.slopes[i];
+      const Offset shaking = Sum(shaking_, t), vibration = Sum(vibration_, t);
+      const double burst = Envelope(profile_, t, envelope_phase_), activity = walker_.activity[i];
+      const Eigen::Vector3d shift =
+          activity *
+          (profile_.gait * gait.shift + burst * scale.shift * shaking.shift + vibration.shift);
+      const Eigen::Vector3d turn = activity * (profile_.gait * gait.turn +
+                                               burst * scale.turn * shaking.turn + vibration.turn);
       const Eigen::Quaterniond heading = ExpSo3({0.0, 0.0, walker_.headings[i]});
       controls.emplace_back(heading * ExpSo3(turn) * R_carrier_body_,
                             walker_.positions[i] + heading * shift);
@@ -150,13 +189,22 @@ class WalkMaker {
   Time begin_;
   RandomStream random_;
   Walker walker_;
-  std::vector<Oscillation> gait_, shaking_;
+  std::vector<Oscillation> gait_, shaking_, vibration_;
   double envelope_phase_ = 0.0;
 };
 
 }  // namespace
 
 MotionProfile EasyMotion() { return {}; }
+
+MotionProfile MediumMotion() {
+  return {.speed = 1.3,
+          .knot_interval = Duration::FromMilliseconds(25),
+          .look_around = 0.25,
+          .heading_smoothing = 0.8,
+          .peak_rate = 1.7,
+          .peak_acceleration = 5.0};
+}
 
 MotionProfile HardMotion() {
   return {.speed = 1.4,
@@ -165,6 +213,51 @@ MotionProfile HardMotion() {
           .heading_smoothing = 0.6,
           .peak_rate = 3.5,
           .peak_acceleration = 9.0};
+}
+
+MotionProfile StairsMotion() {
+  return {.speed = 1.0, .heading_smoothing = 0.6, .stair_slowing = 1.0, .stair_bob = 1.0};
+}
+
+MotionProfile SurveyMotion() {
+  return {.speed = 0.8,
+          .knot_interval = Duration::FromMilliseconds(25),
+          .look_around = 0.35,
+          .heading_smoothing = 0.7,
+          .peak_rate = 2.5,
+          .peak_acceleration = 4.5,
+          .calm = 0.1,
+          .burst_sharpness = 8,
+          .stair_slowing = 0.6,
+          .stair_bob = 1.0,
+          .pause_every = 25.0,
+          .pause = 2.0};
+}
+
+MotionProfile HastySurveyMotion() {
+  MotionProfile profile = SurveyMotion();
+  profile.look_around = 0.45;
+  profile.peak_rate = 4.6;
+  profile.peak_acceleration = 8.0;
+  profile.pause_every = 0.0;
+  return profile;
+}
+
+MotionProfile RobotMotion() {
+  return {.speed = 0.85,
+          .knot_interval = Duration::FromMilliseconds(20),
+          .look_around = 0.0,
+          .heading_smoothing = 0.8,
+          .gait = 0.0,
+          .vibration = 0.4,
+          .pause_every = 28.0,
+          .pause = 3.0};
+}
+
+MotionProfile SlowRobotMotion() {
+  MotionProfile profile = RobotMotion();
+  profile.speed = 0.75;
+  return profile;
 }
 
 PoseSpline MakeWalk(const WalkingPath& path, const MotionProfile& profile,

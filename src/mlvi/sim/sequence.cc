@@ -19,6 +19,10 @@ Eigen::Vector3d RandomDirection(RandomStream& random) {
   return Eigen::Vector3d(x, y, z).normalized();
 }
 
+Place MakeRoom01(std::uint64_t seed) { return MakeRoom(seed, 1); }
+Place MakeRoom02(std::uint64_t seed) { return MakeRoom(seed, 2); }
+Place MakeRoom03(std::uint64_t seed) { return MakeRoom(seed, 3); }
+
 // T_body_lidar of the Hilti handheld as calibrated in 2023 (RIGS 3.3).
 Pose3 Hilti2023Extrinsics() {
   const Eigen::Matrix3d R =
@@ -77,6 +81,48 @@ const std::vector<SequenceInfo>& SequenceCatalogue() {
        &MakeCorridor, &EasyMotion},
       {"corridor-hard", "the same walk, the sensor waved about at up to 3.5 rad/s", 120.0,
        &MakeCorridor, &HardMotion},
+      // Newer College
+      {"quad-easy", "an old quadrangle, once round and partly back, calm", 110.0, &MakeQuad,
+       &EasyMotion, "newer_college", "Quad-Easy"},
+      {"quad-medium", "the same, brisk", 110.0, &MakeQuad, &MediumMotion, "newer_college"},
+      {"quad-hard", "the same, the sensor waved about at up to 3.5 rad/s", 110.0, &MakeQuad,
+       &HardMotion, "newer_college", "Quad-Hard"},
+      {"math-easy", "plaza, arcade, passage and court of an institute, calm", 120.0,
+       &MakeMathInstitute, &EasyMotion, "newer_college", "Math-Easy"},
+      {"math-medium", "the same, brisk", 110.0, &MakeMathInstitute, &MediumMotion, "newer_college",
+       "Math-Medium"},
+      {"math-hard", "the same, the sensor waved about", 110.0, &MakeMathInstitute, &HardMotion,
+       "newer_college", "Math-Hard"},
+      {"undermine-hard", "rough galleries of a mine in the dark, the sensor waved about", 110.0,
+       &MakeMine, &HardMotion, "newer_college", "Undermine-Hard"},
+      {"stairs", "four storeys up a narrow bare stairwell and partly down again", 120.0,
+       &MakeStairwell, &StairsMotion, "newer_college", "Stairs"},
+      {"cloister", "round a cloister, arcade on one side, bare wall on the other", 110.0,
+       &MakeCloister, &EasyMotion, "newer_college", "Cloister"},
+      // M2DGR
+      {"room-01", "laboratory, robot, one person walking", 72.0, &MakeRoom01, &SlowRobotMotion,
+       "m2dgr", "room-01"},
+      {"room-02", "laboratory, robot, two people walking", 75.0, &MakeRoom02, &SlowRobotMotion,
+       "m2dgr", "room-02"},
+      {"room-03", "laboratory, robot, three people walking", 100.0, &MakeRoom03, &SlowRobotMotion,
+       "m2dgr", "room-03"},
+      {"hall-05", "large hall with walls of glass, robot, visitors", 120.0, &MakeHall, &RobotMotion,
+       "m2dgr", "hall-05"},
+      {"door-02", "robot from a corridor through a foyer into the open and back", 120.0, &MakeDoor,
+       &RobotMotion, "m2dgr", "door-02"},
+      {"gate-03", "robot through a campus gate, pedestrians and cars", 120.0, &MakeGate,
+       &RobotMotion, "m2dgr", "gate-03"},
+      {"walk-01", "robot along a street with parked and moving cars and pedestrians", 120.0,
+       &MakeStreet, &RobotMotion, "m2dgr", "walk-01"},
+      // Hilti 2022
+      {"construction-upper-level-3", "concrete frame in the raw, hasty handheld survey", 100.0,
+       &MakeConstruction, &HastySurveyMotion, "hilti_2022", "Construction Upper Level 3"},
+      {"basement-2", "narrow dim passages, plant room, store, handheld survey", 110.0,
+       &MakeBasement, &SurveyMotion, "hilti_2022", "Basement 2"},
+      {"attic-to-upper-gallery-2", "attic, narrow stairs, gallery of a theatre, handheld survey",
+       120.0, &MakeAttic, &SurveyMotion, "hilti_2022", "Attic to Upper Gallery 2"},
+      {"corridor-lower-gallery-2", "bare corridor, gallery of a theatre, handheld survey", 120.0,
+       &MakeLowerGallery, &SurveyMotion, "hilti_2022", "Corridor Lower Gallery 2"},
   };
   return catalogue;
 }

@@ -83,6 +83,8 @@ struct SequenceInfo {
   double seconds = 0.0;  // default length
   Place (*make_place)(std::uint64_t seed) = nullptr;
   MotionProfile (*make_profile)() = nullptr;
+  std::string rig = "newer_college";  // the rig that recorded it; any other one will do
+  std::string paper = {};             // the sequence of the paper's tables that it stands for
 };
 
 const std::vector<SequenceInfo>& SequenceCatalogue();

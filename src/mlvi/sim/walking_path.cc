@@ -100,7 +100,9 @@ WalkingPath::WalkingPath(const std::vector<Eigen::Vector3d>& waypoints, double r
   const double step = length_ / static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double next = i + 1 < n ? headings[i + 1] : headings[0] + turn_;
-    samples_.push_back({points[i], headings[i], std::abs(next - headings[i]) / step});
+    const double climb = points[(i + 1) % n].z() - points[(i + n - 1) % n].z();
+    samples_.push_back({points[i], headings[i], std::abs(next - headings[i]) / step,
+                        std::clamp(0.5 * climb / step, -1.0, 1.0)});
   }
 }
 
@@ -114,7 +116,8 @@ PathPoint WalkingPath::At(double s) const {
   const double next_heading = b.heading + (last ? turn_ : 0.0);
   return {.position = (1.0 - alpha) * a.position + alpha * b.position,
           .heading = (1.0 - alpha) * a.heading + alpha * next_heading + round * turn_,
-          .curvature = (1.0 - alpha) * a.curvature + alpha * b.curvature};
+          .curvature = (1.0 - alpha) * a.curvature + alpha * b.curvature,
+          .slope = (1.0 - alpha) * a.slope + alpha * b.slope};
 }
 
 }  // namespace mlvi

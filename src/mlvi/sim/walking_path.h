@@ -11,6 +11,7 @@ struct PathPoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, of the carried sensor
   double heading = 0.0;    // rad about z, continuous along the path (not wrapped)
   double curvature = 0.0;  // 1/m, magnitude, in the horizontal plane
+  double slope = 0.0;      // height gained per metre of the path, in [-1, 1]
 };
 
 // A closed walk through waypoints with rounded corners, by arc length.

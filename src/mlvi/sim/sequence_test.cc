@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every sequence of the catalogue, with its own rig: room to move, motion as its profile promises,
+// first sweeps as the place demands.
+#include "mlvi/sim/sequence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+#include <set>
+
+#include "mlvi/sim/recording.h"
+#include "mlvi/sim/test_rigs.h"
+
+namespace mlvi {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Ge;
+using ::testing::Le;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Rig RigOf(const SequenceInfo& info) {
+  if (info.rig == "m2dgr") return test::M2dgr();
+  if (info.rig == "hilti_2022") return test::Hilti();
+  return test::NewerCollege();
+}
+
+struct Band {
+  double low, high;
+};
+
+// What a LiDAR sees from the start: share of rays that return, and quantiles of their ranges, m.
+struct Expectation {
+  std::string sequence;
+  Band returns, median, p90;
+};
+
+const std::vector<Expectation>& Expectations() {
+  static const std::vector<Expectation> expectations = {
+      {"quad-easy", {0.67, 0.81}, {4.0, 7.0}, {17.7, 30.7}},
+      {"math-easy", {0.76, 0.90}, {4.4, 7.7}, {11.3, 19.5}},
+      {"undermine-hard", {0.91, 1.00}, {1.5, 2.6}, {3.4, 5.8}},
+      {"stairs", {0.91, 1.00}, {2.0, 3.4}, {3.7, 6.4}},
+      {"cloister", {0.87, 1.00}, {2.1, 3.6}, {5.4, 9.3}},
+      {"room-01", {0.91, 1.00}, {3.2, 5.6}, {5.5, 9.6}},
+      {"hall-05", {0.91, 1.00}, {4.3, 7.4}, {14.2, 24.7}},
+      {"door-02", {0.91, 1.00}, {1.5, 2.5}, {3.0, 5.2}},
+      {"gate-03", {0.70, 0.84}, {8.8, 15.3}, {18.5, 32.0}},
+      {"walk-01", {0.82, 0.96}, {5.0, 8.6}, {16.3, 28.2}},
+      {"construction-upper-level-3", {0.59, 0.73}, {6.9, 12.0}, {28.5, 49.4}},
+      {"basement-2", {0.91, 1.00}, {2.7, 4.7}, {5.2, 9.0}},
+      {"attic-to-upper-gallery-2", {0.91, 1.00}, {2.8, 4.8}, {4.8, 8.4}},
+      {"corridor-lower-gallery-2", {0.91, 1.00}, {2.9, 5.0}, {3.5, 6.1}},
+  };
+  return expectations;
+}
+
+// Smallest distance from `point` to anything, moving or not, as seen by 400 rays.
+double Clearance(const WorldSnapshot& world, const Eigen::Vector3d& point, double max_range) {
+  constexpr int kRays = 400;
+  const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  for (int i = 0; i < kRays; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kRays, radius = std::sqrt(1.0 - z * z);
+    const Eigen::Vector3d ray(radius * std::cos(golden_angle * i),
+                              radius * std::sin(golden_angle * i), z);
+    if (const auto hit = world.Cast(point, ray, max_range)) max_range = hit->range;
+  }
+  return max_range;
+}
+
+class Sequences : public ::testing::TestWithParam<SequenceInfo> {};
+
+TEST_P(Sequences, KeepAwayFromEverythingThatStandsOrMoves) {
+  const Recording recording(StandardSequence(GetParam().name, RigOf(GetParam())));
+  double smallest = 5.0, when = 0.0;
+  for (double t = 0.0; t < GetParam().seconds; t += 0.1) {
+    const Time time = recording.begin() + Duration::FromSeconds(t);
+    const double clearance = Clearance(recording.world().At(time),
+                                       recording.motion().PoseAt(time).translation(), smallest);
+    if (clearance < smallest) when = t;
+    smallest = std::min(smallest, clearance);
+  }
+  RecordProperty("clearance", std::to_string(smallest));
+  EXPECT_GT(smallest, 0.3) << "at " << when << " s";
+}
+
+// Angular rates in deg/s, accelerations in m/s^2, after the start.
+struct MotionBands {
+  Band mean_rate, p95_rate, max_rate, max_acceleration, speed;
+};
+
+MotionBands BandsOf(MotionProfile (*profile)()) {
+  if (profile == &EasyMotion) return {{10, 20}, {20, 45}, {30, 80}, {0.5, 6.0}, {0.8, 1.7}};
+  if (profile == &MediumMotion) return {{25, 60}, {45, 80}, {85, 110}, {4.0, 6.0}, {0.9, 1.7}};
+  if (profile == &HardMotion) return {{45, 110}, {100, 180}, {172, 230}, {7.0, 10.0}, {0.9, 1.9}};
+  if (profile == &StairsMotion) return {{10, 40}, {25, 80}, {40, 120}, {0.5, 6.0}, {0.4, 0.9}};
+  // RIGS 4.4: p95 64, max 145 deg/s, 0.6 m/s; p95 132, max 264 deg/s.
+  if (profile == &SurveyMotion) return {{15, 45}, {50, 80}, {125, 170}, {3.0, 6.0}, {0.4, 0.9}};
+  if (profile == &HastySurveyMotion)
+    return {{30, 90}, {105, 155}, {225, 300}, {6.0, 10.0}, {0.5, 1.2}};
+  // M2DGR hall_03: 0.77 m/s.
+  if (profile == &RobotMotion) return {{1, 20}, {2, 60}, {15, 110}, {0.5, 3.5}, {0.5, 0.9}};
+  return {{1, 30}, {2, 60}, {15, 110}, {0.5, 3.5}, {0.3, 0.6}};
+}
+
+void ExpectWithin(const char* what, double value, const Band& band) {
+  ::testing::Test::RecordProperty(what, std::to_string(value));
+  EXPECT_THAT(value, AllOf(Ge(band.low), Le(band.high))) << what;
+}
+
+TEST_P(Sequences, MoveAsTheirProfilePromises) {
+  const Recording recording(StandardSequence(GetParam().name, RigOf(GetParam())));
+  const MotionStatistics m = MeasureMotion(
+      recording.motion(), recording.begin() + Duration::FromSeconds(4.0), recording.end());
+  const MotionBands bands = BandsOf(GetParam().make_profile);
+  ExpectWithin("mean_rate", m.mean_rate / kDegree, bands.mean_rate);
+  ExpectWithin("p95_rate", m.p95_rate / kDegree, bands.p95_rate);
+  ExpectWithin("max_rate", m.max_rate / kDegree, bands.max_rate);
+  ExpectWithin("max_acceleration", m.max_acceleration, bands.max_acceleration);
+  ExpectWithin("speed", m.mean_speed, bands.speed);
+}
+
+class FirstSweeps : public ::testing::TestWithParam<Expectation> {};
+
+TEST_P(FirstSweeps, AreThoseOfTheirPlace) {
+  const Expectation& expected = GetParam();
+  const SequenceInfo* info = FindSequence(expected.sequence);
+  ASSERT_NE(info, nullptr);
+  const Recording recording(StandardSequence(info->name, RigOf(*info)));
+  const LidarSweep sweep =
+      recording.lidar().Sweep(recording.world(), recording.motion(), recording.begin(), 0);
+  std::vector<double> ranges;
+  for (const LidarPoint& point : sweep.points) {
+    const double range = point.position.cast<double>().norm();
+    if (range > 0.0) ranges.push_back(range);
+  }
+  ASSERT_FALSE(ranges.empty());
+  std::sort(ranges.begin(), ranges.end());
+  const auto quantile = [&](double q) {
+    return ranges[static_cast<std::size_t>(q * static_cast<double>(ranges.size() - 1))];
+  };
+  ExpectWithin("returns",
+               static_cast<double>(ranges.size()) / static_cast<double>(sweep.points.size()),
+               expected.returns);
+  ExpectWithin("median", quantile(0.5), expected.median);
+  ExpectWithin("p90", quantile(0.9), expected.p90);
+}
+
+std::string Identifier(std::string name) {
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, Sequences, ::testing::ValuesIn(SequenceCatalogue()),
+                         [](const auto& instance) { return Identifier(instance.param.name); });
+INSTANTIATE_TEST_SUITE_P(Catalogue, FirstSweeps, ::testing::ValuesIn(Expectations()),
+                         [](const auto& instance) { return Identifier(instance.param.sequence); });
+
+// The tables of the paper, sequence by sequence.
+TEST(SequenceCatalogue, HoldsEverySequenceOfThePaper) {
+  std::set<std::string> names, paper;
+  for (const SequenceInfo& info : SequenceCatalogue()) {
+    EXPECT_TRUE(names.insert(info.name).second) << info.name << " twice";
+    if (!info.paper.empty()) paper.insert(info.paper);
+    EXPECT_THAT(info.seconds, AllOf(Ge(30.0), Le(120.0))) << info.name;
+  }
+  EXPECT_THAT(paper, ::testing::UnorderedElementsAre(
+                         "Quad-Easy", "Quad-Hard", "Math-Easy", "Math-Medium", "Math-Hard",
+                         "Undermine-Hard", "Stairs", "Cloister", "room-01", "room-02", "room-03",
+                         "hall-05", "door-02", "gate-03", "walk-01", "Construction Upper Level 3",
+                         "Basement 2", "Attic to Upper Gallery 2", "Corridor Lower Gallery 2"));
+}
+
+}  // namespace
+}  // namespace mlvi
