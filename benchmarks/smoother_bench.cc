@@ -181,6 +181,7 @@ class Run {
     rounds_ += summary->rounds;
     relinearized_ += summary->relinearized_variables;
     reordered_ += summary->reordered_variables;
+    cliques_ += summary->reeliminated_cliques;
     if (options_.print_every > 0 && i % options_.print_every == 0) {
       fmt::print(stderr, "{:6d} objective {:.6g} rounds {} relinearized {} reordered {} cliques {} of {} {:.2f} ms\n", i,
                  smoother_.Objective(), summary->rounds, summary->relinearized_variables, summary->reordered_variables,
@@ -228,6 +229,7 @@ class Run {
     json["mean_rounds"] = static_cast<double>(rounds_) / times_.size();
     json["mean_relinearized"] = static_cast<double>(relinearized_) / times_.size();
     json["mean_reordered"] = static_cast<double>(reordered_) / times_.size();
+    json["mean_reeliminated_cliques"] = static_cast<double>(cliques_) / times_.size();
     if (batches_ > 0) {
       json["batch_mean_ms"] = batch_ms_ / batches_;
       json["batch_to_incremental_ratio"] = (batch_ms_ / batches_) / (total / times_.size());
@@ -245,7 +247,7 @@ class Run {
   std::vector<Sequence::Edge> postponed_;
   Blocks blocks_;
   std::vector<double> times_, cpu_times_;
-  std::int64_t rounds_ = 0, relinearized_ = 0, reordered_ = 0;
+  std::int64_t rounds_ = 0, relinearized_ = 0, reordered_ = 0, cliques_ = 0;
   double batch_ms_ = 0.0, incremental_ms_ = 0.0, worst_excess_ = 0.0;
   int batches_ = 0;
 };

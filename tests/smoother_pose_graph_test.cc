@@ -7,6 +7,8 @@
 
 #include <filesystem>
 
+#include "mlvi/base/parallel.h"
+#include "mlvi/base/random.h"
 #include "mlvi/factors/between_factor.h"
 #include "mlvi/factors/prior_factor.h"
 #include "mlvi/io/g2o.h"
@@ -141,6 +143,62 @@ TEST(PublicGraph, ParkingGarageEndsAtTheOptimum) {
   EXPECT_NEAR(optimum, 0.6342, 1e-3);
   EXPECT_LT(run.smoother.Objective(), 1.001 * optimum);
 }
+
+// A walk in unit steps and quarter turns through a few storeys, which sees every earlier pose within 1.5 m. Unlike the
+// public graphs that the thresholds were chosen on, it revisits places from the start.
+PoseGraph Storeys(int poses, double sigma_position, double sigma_rotation) {
+  RandomStream random(11, "storeys");
+  Vector6d sigma;
+  sigma << sigma_position, sigma_position, sigma_position, sigma_rotation, sigma_rotation, sigma_rotation;
+  const Matrix6d information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  PoseGraph graph;
+  std::vector<Pose3> truth = {Pose3()};
+  const auto connect = [&](int from, int to) {
+    Vector6d noise;
+    for (int k = 0; k < 6; ++k) noise[k] = sigma[k] * random.Normal();
+    graph.edges.push_back(
+        {.from = from, .to = to, .T_from_to = BoxPlus(truth[from].inverse() * truth[to], noise), .information = information});
+  };
+  for (int i = 1; i < poses; ++i) {
+    Vector6d step = Vector6d::Zero();
+    step[0] = 1.0;
+    if (random.Uniform() < 0.1) step[2] = random.Uniform() < 0.5 ? 1.0 : -1.0;
+    if (random.Uniform() < 0.4) step[5] = random.Uniform() < 0.5 ? 0.5 * M_PI : -0.5 * M_PI;
+    truth.push_back(BoxPlus(truth.back(), step));
+    connect(i - 1, i);
+    for (int j = 0; j < i - 5; ++j) {
+      if ((truth[j].translation() - truth[i].translation()).norm() < 1.5 && random.Uniform() < 0.3) connect(j, i);
+    }
+  }
+  for (int i = 0; i < poses; ++i) graph.poses[i] = truth[i];
+  return graph;
+}
+
+class HeldOutGraph : public testing::TestWithParam<std::pair<double, double>> {};
+
+TEST_P(HeldOutGraph, EndsAtTheOptimumWithTheSameBitsAtAnyNumberOfThreads) {
+  const PoseGraph graph = Storeys(500, GetParam().first, GetParam().second);
+  std::vector<double> estimates[2];
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    PoseGraphRun run(graph, {});
+    run.Feed();
+    for (const VariableId id : run.ids) {
+      for (const double x : run.smoother.Estimate(id)) estimates[threads - 1].push_back(x);
+    }
+    if (threads == 2) continue;
+    ceres::Problem problem(PoseGraphRun::Borrowing());
+    const double optimum = run.SolveBatch(&problem);
+    // Of the six residuals per edge, six per pose are fitted.
+    const double expected = 3.0 * (graph.edges.size() - graph.poses.size() + 1.0);
+    EXPECT_NEAR(optimum, expected, 5.0 * std::sqrt(expected));
+    EXPECT_LT(run.smoother.Objective(), 1.001 * optimum);
+  }
+  ASSERT_EQ(estimates[0].size(), 500u * kPoseBlockSize);
+  EXPECT_EQ(estimates[0], estimates[1]);
+}
+INSTANTIATE_TEST_SUITE_P(Noise, HeldOutGraph,
+                         testing::Values(std::pair{0.05, 0.02}, std::pair{0.001, 0.001}, std::pair{0.2, 0.05}));
 
 }  // namespace
 }  // namespace mlvi

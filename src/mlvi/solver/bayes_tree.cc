@@ -4,16 +4,7 @@
 
 #include <algorithm>
 
-#include "mlvi/base/error.h"
-
 namespace mlvi::internal {
-namespace {
-
-// A pivot below this part of the information that went into its variable is round-off: the variable is undetermined.
-constexpr double kSingularPivot = 1e-14;
-
-}  // namespace
-
 int BayesTree::NewClique() {
   if (free_.empty()) {
     cliques_.emplace_back();
@@ -195,119 +186,6 @@ void BayesTree::MarkDirty(int clique) {
     cliques_[c].dirty = cliques_[c].solve = true;
     dirty_.push_back(c);
   }
-}
-
-std::vector<int> BayesTree::DirtyBottomUp() const {
-  std::vector<int> order;
-  for (const int root : roots_) {
-    if (cliques_[root].dirty) order.push_back(root);
-  }
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    for (const int child : cliques_[order[i]].children) {
-      if (cliques_[child].dirty) order.push_back(child);
-    }
-  }
-  std::ranges::reverse(order);
-  return order;
-}
-
-BayesTree::Elimination BayesTree::Eliminate() {
-  Elimination result;
-  for (const int c : DirtyBottomUp()) {
-    ++result.cliques;
-    const int bad = EliminateClique(c);
-    if (bad < 0) continue;
-    result.singular_variable = bad;
-    return result;
-  }
-  for (const int c : dirty_) cliques_[c].dirty = false;
-  dirty_.clear();
-  return result;
-}
-
-// Sums the factors of the clique and the remainders of its children in its front.
-void BayesTree::Assemble(Clique* clique) {
-  clique->panel.Reserve(clique->front().panel_size());
-  clique->remainder.Reserve(clique->front().remainder_size());
-  clique->diagonal.assign(clique->frontal + clique->separator, 0.0);
-  const Front front = clique->front();
-  ZeroFront(front);
-  for (const int f : clique->factors) {
-    const Factor& factor = factors_[f];
-    const int count = static_cast<int>(factor.variables.size()), stride = factor.stride();
-    AddSymmetric(factor.hessian.data(), stride, factor.start.data(), factor.coordinate.data(), count, front);
-    for (int i = 0; i < count; ++i) {
-      double* diagonal = clique->diagonal.data() + factor.coordinate[i];
-      for (int k = factor.start[i]; k < factor.start[i + 1]; ++k) *diagonal++ += factor.hessian.data()[k * (stride + 1)];
-    }
-  }
-  for (const int c : clique->children) {
-    Clique& child = cliques_[c];
-    AddChild(child.front(), child.runs.data(), static_cast<int>(child.runs.size()), front);
-    for (const FrontRun& run : child.runs) {
-      const double* in = child.diagonal.data() + child.frontal + run.child;
-      for (int k = 0; k < run.size; ++k) clique->diagonal[run.parent + k] += in[k];
-    }
-  }
-}
-
-// Returns the variable at which the system is singular, or -1.
-int BayesTree::EliminateClique(int c) {
-  Clique& clique = cliques_[c];
-  Assemble(&clique);
-  const int bad = FactorizeFront(clique.front(), clique.diagonal.data(), kSingularPivot);
-  if (bad < 0) return -1;
-  int end = 0;
-  for (const int v : clique.variables) {
-    end += variables_.tangent_size(v);
-    if (bad < end) return v;
-  }
-  return clique.variables.front();
-}
-
-bool BayesTree::SolveClique(int c, double wildfire) {
-  Clique& clique = cliques_[c];
-  const Front front = clique.front();
-  separator_step_.Reset(front.remainder_stride());
-  double* next = separator_step_.data();
-  for (std::size_t i = clique.frontal_count; i < clique.variables.size(); ++i) {
-    const int v = clique.variables[i];
-    next = std::copy_n(variables_.delta(v), variables_.tangent_size(v), next);
-  }
-  frontal_step_.resize(clique.frontal);
-  SolveFront(front, separator_step_.data(), frontal_step_.data());
-  const double* step = frontal_step_.data();
-  bool any = false;
-  for (int i = 0; i < clique.frontal_count; ++i) {
-    const int v = clique.variables[i];
-    if (variables_.ScaledDistance(v, step, variables_.delta(v)) > wildfire) {
-      std::copy_n(step, variables_.tangent_size(v), variables_.delta(v));
-      is_changed_[v] = 1;
-      changed_.push_back(v);
-      any = true;
-    }
-    step += variables_.tangent_size(v);
-  }
-  return any;
-}
-
-const std::vector<int>& BayesTree::Solve(double wildfire) {
-  for (const int v : changed_) is_changed_[v] = 0;
-  changed_.clear();
-  std::vector<int> stack(roots_.rbegin(), roots_.rend());
-  while (!stack.empty()) {
-    const int c = stack.back();
-    stack.pop_back();
-    Clique& clique = cliques_[c];
-    const bool reached =
-        clique.solve || std::any_of(clique.variables.begin() + clique.frontal_count, clique.variables.end(),
-                                    [&](int v) { return is_changed_[v] != 0; });
-    if (!reached) continue;
-    clique.solve = false;
-    SolveClique(c, wildfire);
-    stack.insert(stack.end(), clique.children.rbegin(), clique.children.rend());
-  }
-  return changed_;
 }
 
 }  // namespace mlvi::internal

@@ -32,13 +32,14 @@ class BayesTree {
     int cliques = 0;
     std::optional<int> singular_variable;  // the tree is then of no use until Clear
   };
-  // Eliminates all dirty cliques, children before parents.
+  // Eliminates all dirty cliques, children before parents, independent subtrees in parallel.
   Elimination Eliminate();
 
   // Solves for the steps, from the roots down, in the cliques eliminated since the last call and wherever a step above
-  // changed by more than `wildfire` in units of the variable's scale (iSAM2, section 5.2 "partial state updates").
-  // Smaller changes are not stored, so they cannot add up unseen. Returns the variables whose steps changed.
-  const std::vector<int>& Solve(double wildfire);
+  // changed (iSAM2, section 5.2 "partial state updates"). The steps of a clique are left alone when this costs no more
+  // than `tolerance` of the linearised objective, which is the sum of such costs over the cliques: the result is above
+  // the linear optimum by at most clique_count() * `tolerance`. Returns the variables whose steps changed.
+  const std::vector<int>& Solve(double tolerance);
 
   // Covariance of the steps of `variables` (tangent space at the linearisation points).
   Eigen::MatrixXd Covariance(const std::vector<int>& variables) const;
@@ -79,10 +80,23 @@ class BayesTree {
   int FirstEliminated(const int* begin, const int* end, const EliminationForest& forest) const;
   int NewClique();
 
-  int EliminateClique(int c);
-  void Assemble(Clique* clique);
-  std::vector<int> DirtyBottomUp() const;
-  bool SolveClique(int c, double wildfire);
+  struct Schedule {
+    std::vector<int> order;                  // dirty cliques, parents first
+    std::vector<int> place, waiting;         // per clique: place in `order`; per place: dirty children
+    std::vector<std::vector<int>> subtrees;  // cliques of each, parents first
+  };
+  std::vector<int> DirtyTopDown() const;
+  Schedule PlanElimination() const;
+  int EliminateClique(int c, AlignedBuffer* hessian);
+  void Assemble(Clique* clique, AlignedBuffer* hessian);
+
+  struct SolveWorkspace {
+    AlignedBuffer separator;
+    std::vector<double> frontal;  // old steps, then new ones
+    std::vector<int> changed;
+  };
+  bool SolveClique(int c, double tolerance, SolveWorkspace* workspace);
+  void SolveSubtree(int root, double tolerance, SolveWorkspace* workspace);
   std::vector<int> PathsToRoots(const std::vector<int>& variables) const;
 
   VariableTable& variables_;
@@ -93,8 +107,6 @@ class BayesTree {
   std::vector<int> local_;                    // scratch per variable
   std::vector<int> changed_;
   std::vector<char> is_changed_;
-  AlignedBuffer separator_step_;
-  std::vector<double> frontal_step_;
 };
 
 }  // namespace mlvi::internal

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/solver/factor_table.h"
 
+#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
@@ -50,20 +51,13 @@ double SquaredNorm(const std::vector<double>& values) {
   return sum;
 }
 
-// H = A^T A and b = -A^T r from rows [A | r].
-void FormHessian(const double* augmented, int rows, int dimension, int stride, double* hessian) {
-  for (int column = 0; column < dimension; ++column) {
-    double* out = hessian + static_cast<std::size_t>(column) * stride;
-    for (int i = 0; i < stride; i += kVectorSize) {
-      Vector sum = {};
-      for (int r = 0; r < rows; ++r) {
-        const double* row = augmented + static_cast<std::size_t>(r) * stride;
-        sum += *reinterpret_cast<const Vector*>(row + i) * row[column];
-      }
-      *reinterpret_cast<Vector*>(out + i) = sum;
-    }
-    out[dimension] = -out[dimension];
-  }
+// Replaces rows [A | r] by the fewer rows of a triangular matrix with the same A^T A, A^T r and |r|. Returns their number.
+int Triangularize(int rows, int columns, int stride, double* augmented) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor, 0, Eigen::OuterStride<>> map(augmented, rows, columns, Eigen::OuterStride<>(stride));
+  const Eigen::HouseholderQR<RowMajor> qr(map);
+  map.topRows(columns) = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+  return columns;
 }
 
 }  // namespace
@@ -114,9 +108,12 @@ bool FactorWorkspace::Linearize(const VariableTable& variables, Factor* factor) 
     if (!std::isfinite(weight)) return false;
     for (int i = 0; i < rows * stride; ++i) augmented_.data()[i] *= weight;
   }
+  const int columns = factor->dimension() + 1;
   factor->objective = 0.5 * rho[0];
-  factor->hessian.Reserve(static_cast<std::size_t>(factor->dimension()) * stride);
-  FormHessian(augmented_.data(), rows, factor->dimension(), stride, factor->hessian.data());
+  factor->rows = rows > columns ? Triangularize(rows, columns, stride, augmented_.data()) : rows;
+  const std::size_t size = static_cast<std::size_t>(factor->rows) * stride;
+  factor->augmented.Reserve(size);
+  std::copy_n(augmented_.data(), size, factor->augmented.data());
   return true;
 }
 
@@ -133,22 +130,21 @@ double FactorWorkspace::Objective(const VariableTable& variables, const Factor& 
 }
 
 double FactorWorkspace::ModelError(const VariableTable& variables, const Factor& factor) {
-  step_.assign(factor.stride(), 0.0);  // zero in the rows behind dimension()
-  for (std::size_t i = 0; i < factor.variables.size(); ++i) {
-    const int v = factor.variables[i];
-    std::copy_n(variables.delta(v), variables.tangent_size(v), step_.data() + factor.start[i]);
-  }
-  // H d, one vector of eight rows after the other; its row dimension() is b^T d.
+  const int stride = factor.stride(), dimension = factor.dimension();
+  step_.Reset(stride);
+  double* step = step_.data();
+  for (const int v : factor.variables) step = std::copy_n(variables.delta(v), variables.tangent_size(v), step);
+  *step = 1.0;  // times r
   double model = factor.objective;
-  const int dimension = factor.dimension();
-  for (int row = 0; row < factor.stride(); row += kVectorSize) {
+  for (int r = 0; r < factor.rows; ++r) {
+    const double* row = factor.augmented.data() + static_cast<std::size_t>(r) * stride;
     Vector sum = {};
-    for (int k = 0; k < dimension; ++k) {
-      const double* column = factor.hessian.data() + static_cast<std::size_t>(k) * factor.stride();
-      sum += *reinterpret_cast<const Vector*>(column + row) * step_[k];
+    for (int i = 0; i < stride; i += kVectorSize) {
+      sum += *reinterpret_cast<const Vector*>(row + i) * *reinterpret_cast<const Vector*>(step_.data() + i);
     }
-    for (int i = 0; i < kVectorSize; ++i) model += 0.5 * sum[i] * step_[row + i];
-    if (dimension < row + kVectorSize) model -= sum[dimension - row];
+    double residual = 0.0;
+    for (int i = 0; i < kVectorSize; ++i) residual += sum[i];
+    model += 0.5 * (residual * residual - row[dimension] * row[dimension]);
   }
   return std::abs(Objective(variables, factor) - model);
 }

@@ -14,14 +14,17 @@
 
 namespace mlvi::internal {
 
-// One factor and its quadratic approximation 1/2 d^T H d - b^T d around the linearisation points of its variables.
+// One factor and its linear approximation around the linearisation points of its variables: objective + 1/2 |A d + r|^2
+// - 1/2 |r|^2 for a step d. A and r take a third of the memory that the Hessian of a factor between two poses would, and
+// memory is what limits both the elimination and the check of the approximation.
 struct Factor {
   std::shared_ptr<const ceres::CostFunction> cost;  // null once removed
   std::shared_ptr<const ceres::LossFunction> loss;
   std::vector<int> variables;
-  std::vector<int> start;  // tangent offset of every variable in H, and their total
-  // Column k < dimension() of H in rows 0..dimension()-1, with b_k in row dimension().
-  AlignedBuffer hessian;
+  std::vector<int> start;  // tangent offset of every variable in d, and their total
+  // `rows` rows [A | r], stride() numbers apart, zero behind r; weighted by the loss.
+  AlignedBuffer augmented;
+  int rows = 0;
   double objective = 0.0;  // at the linearisation points
 
   // Where the Bayes tree adds it: the clique, and per variable the coordinate in its front.
@@ -36,11 +39,11 @@ struct Factor {
 // Memory for evaluating factors, kept between calls.
 class FactorWorkspace {
  public:
-  // Evaluates at the linearisation points and fills factor->hessian. The loss enters as a weight of the residual
-  // (iteratively reweighted least squares), so H is positive semidefinite. False when the cost function refuses or a
+  // Evaluates at the linearisation points and fills factor->augmented. The loss enters as a weight of the residual
+  // (iteratively reweighted least squares), so A^T A is positive semidefinite. False when the cost function refuses or a
   // number is not finite; the factor is then as before.
   bool Linearize(const VariableTable& variables, Factor* factor);
-  // How much the quadratic approximation errs about the objective of the factor at the estimate. Not finite when the
+  // How much the approximation errs about the objective of the factor at the estimate. Not finite when the
   // cost function refuses.
   double ModelError(const VariableTable& variables, const Factor& factor);
   // 1/2 loss(|cost|^2) at the estimate; NaN when the cost function refuses.
@@ -51,9 +54,9 @@ class FactorWorkspace {
   bool EvaluateAugmented(const VariableTable& variables, const Factor& factor);
 
   std::vector<const double*> parameters_;
-  std::vector<double> residuals_, ambient_, step_;
+  std::vector<double> residuals_, ambient_;
   std::vector<double*> jacobians_;
-  AlignedBuffer augmented_;
+  AlignedBuffer augmented_, step_;
 };
 
 }  // namespace mlvi::internal

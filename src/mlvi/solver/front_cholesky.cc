@@ -128,18 +128,32 @@ MLVI_INLINE void SubtractSeparator(const Front& front, int begin, const double* 
   for (int j = 0; j < kColumns; ++j) x[begin + j] = below[j * stride + front.separator] - Sum(sum[j]);
 }
 
-MLVI_INLINE void Solve(const Front& front, const double* x_separator, double* x) {
+// 1/2 |L_ff^T x - rhs|^2.
+MLVI_INLINE double Excess(const Front& front, const double* rhs, const double* x) {
+  double sum = 0.0;
+  for (int j = 0; j < front.frontal; ++j) {
+    const double* column = front.panel + static_cast<std::size_t>(j) * front.panel_stride();
+    double error = -rhs[j];
+    for (int i = j; i < front.frontal; ++i) error += column[i] * x[i];
+    sum += error * error;
+  }
+  return 0.5 * sum;
+}
+
+MLVI_INLINE bool Solve(const Front& front, const double* x_separator, double tolerance, const double* x_old, double* x) {
   int j = 0;
   for (; j + kTileColumns <= front.frontal; j += kTileColumns) {
     SubtractSeparator<kTileColumns>(front, j, x_separator, x);
   }
   for (; j < front.frontal; ++j) SubtractSeparator<1>(front, j, x_separator, x);
+  if (Excess(front, x, x_old) <= tolerance) return false;
   for (j = front.frontal - 1; j >= 0; --j) {
     const double* column = front.panel + static_cast<std::size_t>(j) * front.panel_stride();
     double value = x[j];
     for (int i = j + 1; i < front.frontal; ++i) value -= column[i] * x[i];
     x[j] = value / column[j];
   }
+  return true;
 }
 
 // Address of (row, column), row >= column; rows are contiguous within the frontal and the separator part.
@@ -213,12 +227,26 @@ MLVI_INLINE void AddBlocks(const double* matrix, int stride, const int* start, c
   }
 }
 
+MLVI_INLINE void Form(const double* augmented, int rows, int dimension, int stride, double* hessian) {
+  for (int column = 0; column < dimension; ++column) {
+    double* out = hessian + static_cast<std::size_t>(column) * stride;
+    for (int i = 0; i < stride; i += kVectorSize) {
+      Vector sum = {};
+      const double* row = augmented;
+      for (int r = 0; r < rows; ++r, row += stride) sum += Load(row + i) * row[column];
+      At(out + i) = sum;
+    }
+    out[dimension] = -out[dimension];
+  }
+}
+
 // The loops for one instruction set; see the functions of the same names in the header.
 struct Kernels {
   int (*factorize)(const Front&, const double*, double);
-  void (*solve)(const Front&, const double*, double*);
+  bool (*solve)(const Front&, const double*, double, const double*, double*);
   void (*add_child)(const Front&, const FrontRun*, int, const Front&);
   void (*add_symmetric)(const double*, int, const int*, const int*, int, const Front&);
+  void (*form_hessian)(const double*, int, int, int, double*);
 };
 
 #define MLVI_DEFINE_KERNELS(Name, kRows, target)                                                                     \
@@ -226,7 +254,10 @@ struct Kernels {
     target static int RunFactorize(const Front& front, const double* diagonal, double tolerance) {                   \
       return Factorize<kRows>(front, diagonal, tolerance);                                                           \
     }                                                                                                                \
-    target static void RunSolve(const Front& front, const double* xs, double* x) { Solve(front, xs, x); }             \
+    target static bool RunSolve(const Front& front, const double* x_separator, double tolerance, const double* x_old, \
+                                double* x) {                                                                         \
+      return Solve(front, x_separator, tolerance, x_old, x);                                                         \
+    }                                                                                                                \
     target static void RunAdd(const Front& child, const FrontRun* runs, int run_count, const Front& parent) {        \
       Add(child, runs, run_count, parent);                                                                           \
     }                                                                                                                \
@@ -234,7 +265,10 @@ struct Kernels {
                                     int count, const Front& front) {                                                 \
       AddBlocks(matrix, stride, start, coordinate, count, front);                                                    \
     }                                                                                                                \
-    static constexpr Kernels kKernels = {RunFactorize, RunSolve, RunAdd, RunAddBlocks};                              \
+    target static void RunForm(const double* augmented, int rows, int dimension, int stride, double* hessian) {      \
+      Form(augmented, rows, dimension, stride, hessian);                                                             \
+    }                                                                                                                \
+    static constexpr Kernels kKernels = {RunFactorize, RunSolve, RunAdd, RunAddBlocks, RunForm};                     \
   };
 
 MLVI_DEFINE_KERNELS(Generic, 1, )
@@ -292,6 +326,10 @@ void AddChild(const Front& child, const FrontRun* runs, int run_count, const Fro
   ChosenKernels().add_child(child, runs, run_count, parent);
 }
 
+void FormHessian(const double* augmented, int rows, int dimension, int stride, double* hessian) {
+  ChosenKernels().form_hessian(augmented, rows, dimension, stride, hessian);
+}
+
 void AddSymmetric(const double* matrix, int stride, const int* start, const int* coordinate, int count,
                   const Front& front) {
   ChosenKernels().add_symmetric(matrix, stride, start, coordinate, count, front);
@@ -301,8 +339,8 @@ int FactorizeFront(const Front& front, const double* diagonal, double tolerance)
   return ChosenKernels().factorize(front, diagonal, tolerance);
 }
 
-void SolveFront(const Front& front, const double* x_separator, double* x) {
-  ChosenKernels().solve(front, x_separator, x);
+bool SolveFront(const Front& front, const double* x_separator, double tolerance, const double* x_old, double* x) {
+  return ChosenKernels().solve(front, x_separator, tolerance, x_old, x);
 }
 
 }  // namespace mlvi::internal

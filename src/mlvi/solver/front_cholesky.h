@@ -70,6 +70,10 @@ struct FrontRun {
 // Adds the remainder of a factorised child (multifrontal "extend-add"); `runs` cover its separator in order.
 void AddChild(const Front& child, const FrontRun* runs, int run_count, const Front& parent);
 
+// Columns 0..dimension-1 of H = A^T A in rows 0..dimension-1, and in row `dimension` b = -A^T r, from `rows` rows [A | r].
+// `stride` (a multiple of kVectorSize) doubles lie between the rows of A and between the columns of H.
+void FormHessian(const double* augmented, int rows, int dimension, int stride, double* hessian);
+
 // Adds a symmetric matrix of `count` x `count` blocks whose block i has offset start[i] in the matrix and `coordinate[i]`
 // in the front; `stride` doubles lie between its columns, and row start[count] holds the right-hand side.
 void AddSymmetric(const double* matrix, int stride, const int* start, const int* coordinate, int count,
@@ -80,8 +84,9 @@ void AddSymmetric(const double* matrix, int stride, const int* start, const int*
 // The sum of every entry runs in the same order on every processor.
 int FactorizeFront(const Front& front, const double* diagonal, double tolerance);
 
-// Solves L_ff^T x = y - L_sf^T x_separator. `x_separator` has the remainder stride, zero in the padding; `x` receives
-// the frontal part.
-void SolveFront(const Front& front, const double* x_separator, double* x);
+// Solves L_ff^T x = y - L_sf^T x_separator unless `x_old` already leaves the objective, 1/2 |L_ff^T x + L_sf^T
+// x_separator - y|^2, not above `tolerance`: then false, and `x` is undefined. `x_separator` has the remainder stride,
+// zero in the padding.
+bool SolveFront(const Front& front, const double* x_separator, double tolerance, const double* x_old, double* x);
 
 }  // namespace mlvi::internal

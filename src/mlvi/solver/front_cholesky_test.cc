@@ -84,8 +84,48 @@ TEST_P(FrontCholesky, SolvesForTheFrontalPart) {
   separator.Reset(f.front.remainder_stride());
   for (int i = 0; i < ns; ++i) separator.data()[i] = x(nf + i);
   VectorXd frontal(nf);
-  SolveFront(f.front, separator.data(), frontal.data());
+  const VectorXd zero = VectorXd::Zero(nf);
+  ASSERT_TRUE(SolveFront(f.front, separator.data(), 0.0, zero.data(), frontal.data()));
   EXPECT_LT((frontal - x.head(nf)).norm(), 1e-9 * x.norm());
+}
+
+// With the separator fixed, the objective at x + d is 1/2 d^T H_ff d above its minimum.
+TEST_P(FrontCholesky, SolvesOnlyWhenTheOldStepCostsMoreThanTheTolerance) {
+  const auto [nf, ns] = GetParam();
+  FrontFixture f(nf, ns);
+  const VectorXd x = f.H.llt().solve(f.b);
+  ASSERT_EQ(FactorizeFront(f.front, f.H.diagonal().eval().data(), 1e-14), -1);
+  AlignedBuffer separator;
+  separator.Reset(f.front.remainder_stride());
+  for (int i = 0; i < ns; ++i) separator.data()[i] = x(nf + i);
+  const VectorXd d = VectorXd::LinSpaced(nf, 0.5, 1.0);
+  const VectorXd old = x.head(nf) + d;
+  const double cost = 0.5 * d.dot(f.H.topLeftCorner(nf, nf) * d);
+  VectorXd frontal(nf);
+  EXPECT_FALSE(SolveFront(f.front, separator.data(), cost * (1.0 + 1e-6), old.data(), frontal.data()));
+  EXPECT_TRUE(SolveFront(f.front, separator.data(), cost * (1.0 - 1e-6), old.data(), frontal.data()));
+  EXPECT_LT((frontal - x.head(nf)).norm(), 1e-9 * x.norm());
+}
+
+TEST(FormHessian, EqualsEigen) {
+  for (const auto& [rows, dimension] : {std::pair{1, 3}, {6, 12}, {15, 30}, {31, 30}, {2, 7}}) {
+    RandomStream random(rows, "augmented");
+    const int stride = PadRows(dimension + 1);
+    AlignedBuffer augmented, hessian;
+    augmented.Reset(static_cast<std::size_t>(rows) * stride);
+    hessian.Reserve(static_cast<std::size_t>(dimension) * stride);
+    MatrixXd A(rows, dimension + 1);
+    for (double& x : A.reshaped()) x = random.Normal();
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c <= dimension; ++c) augmented.data()[r * stride + c] = A(r, c);
+    }
+    FormHessian(augmented.data(), rows, dimension, stride, hessian.data());
+    const Eigen::Map<const MatrixXd> H(hessian.data(), stride, dimension);
+    MatrixXd expected = A.transpose() * A.leftCols(dimension);
+    expected.row(dimension) *= -1.0;
+    EXPECT_LT((H.topRows(dimension + 1) - expected).norm(), 1e-13 * expected.norm());
+    EXPECT_EQ(H.bottomRows(stride - dimension - 1).cwiseAbs().sum(), 0.0);
+  }
 }
 
 TEST_P(FrontCholesky, NamesTheFirstColumnThatIsNotPositive) {

@@ -240,7 +240,7 @@ std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSumma
                                *elimination.singular_variable)};
     }
     const std::vector<int>& changed = tree_.Solve(config_.wildfire_threshold);
-    for (const int v : changed) variables_.UpdateEstimate(v);
+    ParallelFor(changed.size(), kFactorGrain, [&](std::size_t i) { variables_.UpdateEstimate(changed[i]); });
     moved = FindStale(changed);
   } while (is_urgent_ && summary->rounds < config_.max_rounds);
   summary->converged = !is_urgent_;

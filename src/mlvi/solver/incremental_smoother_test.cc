@@ -73,6 +73,15 @@ struct SightingError {
   }
 };
 
+struct ManySightings {
+  std::vector<Eigen::Vector2d> measured;
+  template <typename T>
+  bool operator()(T const* const* x, T* r) const {
+    for (std::size_t k = 0; k < measured.size(); ++k) SightingError{measured[k]}(x[0], x[1], r + 2 * k);
+    return true;
+  }
+};
+
 template <typename Vector>
 std::span<const double> Span(const Vector& v) {
   return {v.data(), static_cast<std::size_t>(v.size())};
@@ -434,6 +443,29 @@ TEST(IncrementalSmoother, RobustLossesEqualBatch) {
   const World::Batch batch = world.Solve();
   EXPECT_NEAR(world.smoother.Objective(), batch.objective, 1e-6 * batch.objective);
   EXPECT_LT((world.Estimate(world.ids[19]) - Planar(19, 0, 1, 0)).norm(), 1.0);
+}
+
+// More residuals than dimensions: the factor is stored as a triangle.
+TEST(IncrementalSmoother, TallFactorsEqualBatch) {
+  for (const bool robust : {false, true}) {
+    World world;
+    world.Add(Planar(0.1, -0.1, 1, 0));
+    world.Add(Eigen::Vector2d(1.5, 2.5));
+    world.Connect(Prior(Planar(0, 0, 1, 0)), {world.ids[0]});
+    RandomStream random(4, "sightings");
+    ManySightings sightings;
+    for (int k = 0; k < 20; ++k) sightings.measured.emplace_back(1.0 + 0.1 * random.Normal(), 2.0 + 0.1 * random.Normal());
+    auto cost = std::make_shared<ceres::DynamicAutoDiffCostFunction<ManySightings>>(new ManySightings(sightings));
+    cost->AddParameterBlock(4);
+    cost->AddParameterBlock(2);
+    cost->SetNumResiduals(40);
+    world.Connect(cost, {world.ids[0], world.ids[1]}, robust ? std::make_shared<ceres::CauchyLoss>(3.0) : nullptr);
+    ASSERT_TRUE(world.smoother.Update());
+    const World::Batch batch = world.Solve();
+    EXPECT_GT(batch.objective, 1.0);
+    EXPECT_NEAR(world.smoother.Objective(), batch.objective, 1e-9 * batch.objective);
+    EXPECT_LT((world.Estimate(world.ids[1]) - batch.values[1]).norm(), 1e-6);
+  }
 }
 
 TEST(IncrementalSmoother, BrokenContractsThrow) {

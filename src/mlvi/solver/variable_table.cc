@@ -49,13 +49,6 @@ const double* VariableTable::plus_jacobian(int v) const {
   return manifolds_[v] != nullptr ? plus_jacobian_.data() + jacobian_start_[v] : nullptr;
 }
 
-double VariableTable::ScaledDistance(int v, const double* a, const double* b) const {
-  const double* inverse_scale = inverse_scale_.data() + tangent_start_[v];
-  double distance = 0.0;
-  for (int k = 0; k < tangent_size(v); ++k) distance = std::max(distance, std::abs(a[k] - b[k]) * inverse_scale[k]);
-  return distance;
-}
-
 double VariableTable::ScaledStep(int v) const {
   const double* inverse_scale = inverse_scale_.data() + tangent_start_[v];
   const double* step = delta(v);

@@ -31,9 +31,7 @@ class VariableTable {
   // ambient_size x tangent_size, row-major, at the linearisation point; null for a Euclidean variable.
   const double* plus_jacobian(int v) const;
 
-  // max_k |a_k - b_k| / scale_k over tangent vectors of variable v.
-  double ScaledDistance(int v, const double* a, const double* b) const;
-  // The step of v in units of its scale.
+  // max_k |step_k| / scale_k.
   double ScaledStep(int v) const;
 
   void UpdateEstimate(int v);              // from linearisation point and step
