@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/depth_accumulator.h"
+
+#include "mlvi/base/error.h"
+#include "mlvi/spatial/voxel_key.h"
+
+namespace mlvi {
+
+void DepthAccumulator::Add(Time stamp, std::span<const Eigen::Vector3f> points_world) {
+  MLVI_CHECK(stamp >= last_, "sweep at {} after one at {}", ToString(stamp), ToString(last_));
+  last_ = stamp;
+  ForgetBefore(stamp - Duration::FromSeconds(config_.span));
+  const auto inverse_size = static_cast<float>(1.0 / config_.voxel_size);
+  for (const Eigen::Vector3f& point : points_world) {
+    const std::uint64_t key = VoxelKey::Of(point, inverse_size).bits();
+    const auto [entry, is_new] =
+        index_.try_emplace(key, static_cast<std::uint32_t>(points_.size()));
+    if (is_new) {
+      points_.push_back(point);
+      stamps_.push_back(stamp);
+    } else {
+      points_[entry->second] = point;
+      stamps_[entry->second] = stamp;
+    }
+  }
+}
+
+void DepthAccumulator::ForgetBefore(Time oldest) {
+  const auto inverse_size = static_cast<float>(1.0 / config_.voxel_size);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const std::uint64_t key = VoxelKey::Of(points_[i], inverse_size).bits();
+    if (stamps_[i] < oldest) {
+      index_.erase(key);
+      continue;
+    }
+    if (kept != i) index_[key] = static_cast<std::uint32_t>(kept);
+    points_[kept] = points_[i];
+    stamps_[kept++] = stamps_[i];
+  }
+  points_.resize(kept);
+  stamps_.resize(kept);
+}
+
+void DepthAccumulator::Clear() {
+  points_.clear();
+  stamps_.clear();
+  index_.clear();
+}
+
+}  // namespace mlvi

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Depth of visual features from LiDAR points (Multi-LVI-SAM, "Feature depth association"), with the
+// exact ray of the camera instead of the sphere's, and with a variance, because a depth from three
+// noisy points is a measurement.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mlvi/geometry/triangulation.h"
+#include "mlvi/vio/depth_map.h"
+
+namespace mlvi {
+
+enum class DepthStatus : int {
+  kFound = 0,
+  kNoPoints = 1,  // fewer than three points near the ray
+  kSpread = 2,    // their depths differ too much: an occlusion edge, or blur of accumulation
+  kGrazing = 3,   // the ray runs along the plane, or misses the points' neighbourhood
+};
+
+struct FeatureDepth {
+  DepthStatus status = DepthStatus::kNoPoints;
+  double depth = 0.0;     // m, along the ray from its origin
+  double variance = 0.0;  // m^2: range noise, roughness, bearing noise
+};
+
+// Where a feature's ray (pano frame, from the camera centre C_i, unit direction, sigma of the
+// bearing) meets the plane through three points around it. Neighbours are sought around the
+// direction from S to the point found, so that the camera's offset shifts nothing: a few rounds. Of
+// the nearest points those three are taken that do not lie on one line, as neighbours on a ring of
+// the LiDAR do.
+FeatureDepth AssociateDepth(const SphericalDepthMap& map, const Ray& ray,
+                            const DepthConfig& config);
+
+}  // namespace mlvi

@@ -1,0 +1,264 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <set>
+
+#include "mlvi/base/error.h"
+#include "mlvi/base/parallel.h"
+#include "mlvi/geometry/tangent_basis.h"
+#include "mlvi/panorama/testing.h"
+#include "mlvi/vio/depth_accumulator.h"
+#include "mlvi/vio/depth_association.h"
+#include "mlvi/vio/depth_picture.h"
+
+namespace mlvi {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// A room of 8 x 6 x 3 m with a square pillar 2 m in front of the origin (+x); S may be anywhere
+// near the origin.
+double RangeInRoom(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+  const Eigen::Array3d low(-4.0, -3.0, -1.2), high(4.0, 3.0, 1.8);
+  const Eigen::Array3d inverse = direction.array().inverse();
+  const double wall =
+      ((low - origin.array()) * inverse).max((high - origin.array()) * inverse).minCoeff();
+  const Eigen::Array3d a = (Eigen::Array3d(2.0, -0.3, -1.2) - origin.array()) * inverse;
+  const Eigen::Array3d b = (Eigen::Array3d(2.6, 0.3, 1.8) - origin.array()) * inverse;
+  const double enter = a.min(b).maxCoeff(), leave = a.max(b).minCoeff();
+  return enter > 0.0 && enter < leave ? std::min(enter, wall) : wall;
+}
+
+// Rings of a LiDAR in `pose`: 0.7 degrees apart over +-45 degrees, 0.35 degrees between firings.
+PointCloud Scan(const Pose3& pose, double noise, RandomStream random) {
+  PointCloud cloud;
+  for (int ring = -64; ring <= 64; ++ring) {
+    for (int column = 0; column < 1024; ++column) {
+      const double elevation = ring * 0.7 * kPi / 180.0, azimuth = 2.0 * kPi * column / 1024.0;
+      const Eigen::Vector3d beam =
+          pose.rotation() * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                            std::cos(elevation) * std::sin(azimuth),
+                                            std::sin(elevation));
+      const double range = RangeInRoom(pose.translation(), beam) + noise * random.Normal();
+      cloud.push_back((pose.translation() + range * beam).cast<float>());
+    }
+  }
+  return cloud;
+}
+
+// Directions that are not within a degree of an edge of the room or of the pillar, where depth
+// jumps or bends.
+bool IsOnOneSurface(const Ray& ray) {
+  const double depth = RangeInRoom(ray.origin, ray.direction);
+  const Eigen::Matrix<double, 3, 2> basis = TangentBasis(ray.direction);
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector2d off(std::cos(kPi / 4.0 * i), std::sin(kPi / 4.0 * i));
+    for (const double angle : {0.015, 0.03}) {
+      const Eigen::Vector3d near = (ray.direction + angle * (basis * off)).normalized();
+      const Eigen::Vector3d opposite = (ray.direction - angle * (basis * off)).normalized();
+      // On a plane inverse depths are linear in the direction.
+      const double bend = 0.5 / (RangeInRoom(ray.origin, near)) +
+                          0.5 / (RangeInRoom(ray.origin, opposite)) - std::cos(angle) / depth;
+      if (std::abs(bend) * depth > 2e-3) return false;
+    }
+  }
+  return true;
+}
+
+class DepthInARoom : public ::testing::Test {
+ protected:
+  DepthConfig config_ = [] {
+    DepthConfig config;
+    config.roughness = 0.0;
+    config.range_noise = 0.02;
+    return config;
+  }();
+  Pose3 T_world_pano_{ExpSo3({0.1, -0.2, 2.0}), {0.1, 0.05, 0.0}};
+};
+
+// Without noise a plane through three of its points is the plane: depth is exact along the ray from
+// C_i, however far the camera is from S, and in every direction: nothing happens at the azimuth of
+// +-pi.
+TEST_F(DepthInARoom, IsExactOnPlanesForEveryCamera) {
+  const SphericalDepthMap map(Scan(Pose3(), 0.0, RandomStream(1)), T_world_pano_, config_);
+  RandomStream random(2);
+  int asked = 0, found = 0, seam = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    const Ray pano{.origin = random.Uniform(0.0, 0.3) * test::RandomDirection(random),
+                   .direction = test::RandomDirection(random)};
+    const Ray world{T_world_pano_ * pano.origin, T_world_pano_.rotation() * pano.direction};
+    if (std::abs(world.direction.z()) > 0.6 || !IsOnOneSurface(world)) continue;
+    ++asked;
+    const FeatureDepth depth = AssociateDepth(map, pano, config_);
+    if (depth.status != DepthStatus::kFound) continue;
+    ++found;
+    seam += std::abs(std::atan2(pano.direction.y(), pano.direction.x())) > kPi - 0.05 ? 1 : 0;
+    // Points are floats.
+    EXPECT_NEAR(depth.depth, RangeInRoom(world.origin, world.direction), 2e-4);
+  }
+  EXPECT_GT(asked, 1500);
+  EXPECT_GT(found, 0.95 * asked);
+  EXPECT_GT(seam, 10);
+}
+
+TEST_F(DepthInARoom, VarianceIsThatOfTheErrors) {
+  config_.voxel_size = 0.01;
+  RandomStream random(3);
+  double normalised = 0.0;
+  int count = 0;
+  const SphericalDepthMap map(Scan(Pose3(), config_.range_noise, RandomStream(4)), T_world_pano_,
+                              config_);
+  for (int trial = 0; trial < 6000; ++trial) {
+    const Ray pano{.origin = 0.1 * test::RandomDirection(random),
+                   .direction = test::RandomDirection(random),
+                   .sigma = 1e-9};
+    const Ray world{T_world_pano_ * pano.origin, T_world_pano_.rotation() * pano.direction};
+    if (std::abs(world.direction.z()) > 0.6 || !IsOnOneSurface(world)) continue;
+    const FeatureDepth depth = AssociateDepth(map, pano, config_);
+    if (depth.status != DepthStatus::kFound) continue;
+    const double error = depth.depth - RangeInRoom(world.origin, world.direction);
+    normalised += error * error / depth.variance;
+    ++count;
+  }
+  ASSERT_GT(count, 2000);
+  // Neighbouring rays share points, so the mean of squares is known to a few per cent only; of the
+  // points of a cell the nearest is kept, which shifts depths by a part of the noise where cells
+  // hold two.
+  EXPECT_NEAR(normalised / count, 1.0, 0.25);
+}
+
+// At the edges of the pillar depth jumps from 2 to 4 m: what is found there is one of the two,
+// never something between.
+TEST_F(DepthInARoom, EdgesGiveNoDepthInBetween) {
+  const SphericalDepthMap map(Scan(Pose3(), 0.0, RandomStream(5)), Pose3(), config_);
+  int spread = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double azimuth = -0.3 + 0.6 * i / 400.0;
+    const Ray ray{.origin = {0.0, 0.1, 0.0},
+                  .direction = {std::cos(azimuth), std::sin(azimuth), 0.02}};
+    const Ray unit{ray.origin, ray.direction.normalized()};
+    const FeatureDepth depth = AssociateDepth(map, unit, config_);
+    spread += depth.status == DepthStatus::kSpread ? 1 : 0;
+    if (depth.status != DepthStatus::kFound) continue;
+    const bool pillar = std::abs(depth.depth * unit.direction.x() - 2.0) < 0.01;
+    const bool wall = std::abs(depth.depth * unit.direction.x() - 4.0) < 0.01;
+    const bool side = depth.depth * unit.direction.x() > 2.0 &&
+                      depth.depth * unit.direction.x() < 2.6 &&
+                      std::abs(std::abs(0.1 + depth.depth * unit.direction.y()) - 0.3) < 0.02;
+    EXPECT_TRUE(pillar || wall || side) << azimuth << " " << depth.depth;
+  }
+  EXPECT_GT(spread, 5);
+}
+
+TEST_F(DepthInARoom, NoPointsNoDepth) {
+  const SphericalDepthMap map(Scan(Pose3(), 0.0, RandomStream(6)), Pose3(), config_);
+  const Ray up{.direction = Eigen::Vector3d::UnitZ()};  // above all rings
+  EXPECT_EQ(AssociateDepth(map, up, config_).status, DepthStatus::kNoPoints);
+  const SphericalDepthMap empty(PointCloud{}, Pose3(), config_);
+  EXPECT_EQ(AssociateDepth(empty, up, config_).status, DepthStatus::kNoPoints);
+}
+
+TEST(SphericalDepthMap, NearestAgreesWithTheDefinition) {
+  RandomStream random(7);
+  PointCloud cloud;
+  for (int i = 0; i < 20000; ++i) {
+    cloud.push_back((random.Uniform(0.5, 50.0) * test::RandomDirection(random)).cast<float>());
+  }
+  const SphericalDepthMap map(cloud, test::RandomPose(random, 0.2, 3.0), {});
+  const auto angle = [&](std::size_t i, const Eigen::Vector3d& direction) {
+    const Eigen::Vector3d u = map.points()[i].normalized();
+    return std::atan2(u.cross(direction).norm(), u.dot(direction));
+  };
+  for (int trial = 0; trial < 100; ++trial) {
+    const Eigen::Vector3d direction = test::RandomDirection(random);
+    std::vector<std::pair<double, int>> all;
+    for (std::size_t i = 0; i < map.points().size(); ++i) {
+      if (angle(i, direction) <= 0.05) all.emplace_back(angle(i, direction), static_cast<int>(i));
+    }
+    std::sort(all.begin(), all.end());
+    const auto near = map.Nearest(direction, 10, 0.05);
+    ASSERT_EQ(near.count, std::min(10, static_cast<int>(all.size())));
+    for (int i = 0; i < near.count; ++i) {
+      EXPECT_EQ(near.index[i], all[static_cast<std::size_t>(i)].second);
+      EXPECT_NEAR(near.angle[i], all[static_cast<std::size_t>(i)].first, 1e-9);
+    }
+  }
+}
+
+// What lies behind is hidden, even when it came first; the same bits at any number of threads.
+TEST(SphericalDepthMap, KeepsTheNearestPointPerCell) {
+  const PointCloud room = Scan(Pose3(), 0.0, RandomStream(8));
+  PointCloud both;
+  for (const Eigen::Vector3f& p : room) both.push_back(1.5F * p);
+  both.insert(both.end(), room.begin(), room.end());
+  const SphericalDepthMap expected(room, Pose3(), {}), map(both, Pose3(), {});
+  EXPECT_EQ(map.points(), expected.points());
+  const ThreadLimit limit(1);
+  EXPECT_EQ(SphericalDepthMap(both, Pose3(), {}).points(), map.points());
+}
+
+TEST(DepthAccumulator, KeepsTheNewestPointPerVoxelOfTheLastSeconds) {
+  DepthConfig config;
+  config.span = 2.0;
+  config.voxel_size = 0.5;
+  DepthAccumulator accumulator(config);
+  const auto at = [](double t) { return Time::FromSeconds(100.0 + t); };
+  accumulator.Add(at(0.0), PointCloud{{0.1F, 0.1F, 0.1F}, {5.1F, 0.1F, 0.1F}});
+  accumulator.Add(at(1.0), PointCloud{{0.2F, 0.1F, 0.1F}, {-5.1F, 0.1F, 0.1F}});
+  EXPECT_EQ(accumulator.points(),
+            (PointCloud{{0.2F, 0.1F, 0.1F}, {5.1F, 0.1F, 0.1F}, {-5.1F, 0.1F, 0.1F}}));
+  accumulator.Add(at(2.5),
+                  PointCloud{{-5.2F, 0.1F, 0.1F}});  // what was seen at 0 only is forgotten
+  EXPECT_EQ(accumulator.points(), (PointCloud{{0.2F, 0.1F, 0.1F}, {-5.2F, 0.1F, 0.1F}}));
+  accumulator.Add(at(4.0), PointCloud{{0.3F, 0.1F, 0.1F}});
+  EXPECT_EQ(accumulator.points(), (PointCloud{{-5.2F, 0.1F, 0.1F}, {0.3F, 0.1F, 0.1F}}));
+  EXPECT_THROW(accumulator.Add(at(3.0), PointCloud{}), ContractViolation);
+}
+
+// Standing still, memory and cost stay where they are.
+TEST(DepthAccumulator, IsBounded) {
+  DepthAccumulator accumulator({});
+  std::vector<std::size_t> sizes;
+  for (int i = 0; i < 20; ++i) {
+    accumulator.Add(Time::FromSeconds(0.5 * i),
+                    Scan(Pose3(ExpSo3({0.0, 0.0, 0.001 * i}), {}), 0.0, RandomStream(9)));
+    sizes.push_back(accumulator.points().size());
+  }
+  EXPECT_LT(sizes.back(), 1.2 * static_cast<double>(sizes.front()));
+}
+
+TEST(DepthPicture, DrawsEveryPointOnceInTheCameraThatHoldsItBest) {
+  const PanoramaModel model =
+      test::MakePanorama(test::RingRig(4, 0.1, test::MakeWideCamera(2.6, 300)));
+  RandomStream random(10);
+  for (int trial = 0; trial < 300; ++trial) {
+    const Eigen::Vector3d point = random.Uniform(1.0, 10.0) * test::RandomDirection(random);
+    const auto views = model.ViewsOfPoint(point);
+    const Eigen::Vector3d behind =
+        1.3 * (point - model.T_pano_camera(0).translation()) + model.T_pano_camera(0).translation();
+    const auto pictures = DrawDepthPictures(model, std::vector<Eigen::Vector3d>{point});
+    int drawn = 0;
+    for (const DepthPicture& picture : pictures) {
+      drawn += static_cast<int>(std::count_if(picture.depths.begin(), picture.depths.end(),
+                                              [](float depth) { return depth > 0.0F; }));
+    }
+    ASSERT_EQ(drawn, views.empty() ? 0 : 1);
+    if (views.empty()) continue;
+    const CameraView& best = views[0];
+    for (const CameraView& view : views) EXPECT_LE(best.off_axis, view.off_axis);
+    EXPECT_NEAR(pictures[static_cast<std::size_t>(best.camera)].At(
+                    static_cast<int>(std::lround(best.pixel.x())),
+                    static_cast<int>(std::lround(best.pixel.y()))),
+                (point - model.T_pano_camera(best.camera).translation()).norm(), 1e-5);
+    if (best.camera != 0) continue;
+    // Of two points in one pixel the nearer one is drawn.
+    const auto hidden =
+        DrawDepthPictures(model, std::vector<Eigen::Vector3d>{behind, point, behind});
+    EXPECT_EQ(hidden[0].depths, pictures[0].depths);
+  }
+}
+
+}  // namespace
+}  // namespace mlvi
