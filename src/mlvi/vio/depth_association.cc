@@ -26,19 +26,19 @@ struct Triangle {
   double reach = 0.0;  // rad, angle of the farthest corner from the ray
 };
 
-// The three neighbours nearest to the ray, by their farthest one, that do not lie on one line as
-// seen from S.
+// The nearest neighbour and two others, the farthest as near as can be, that do not lie on one line
+// as seen from S.
 std::optional<Triangle> ChooseTriangle(const SphericalDepthMap& map, const Neighbors& near) {
+  const auto point = [&](int i) { return map.points()[static_cast<std::size_t>(near.index[i])]; };
+  const Eigen::Vector3d first = point(0).normalized();
   for (int c = 2; c < near.count; ++c) {
+    const Eigen::Vector3d to_c = point(c).normalized() - first;
     for (int b = 1; b < c; ++b) {
-      for (int a = 0; a < b; ++a) {
-        const std::array<Eigen::Vector3d, 3> p = {
-            map.points()[near.index[a]], map.points()[near.index[b]], map.points()[near.index[c]]};
-        const Eigen::Vector3d u = p[0].normalized(), ab = p[1].normalized() - u,
-                              ac = p[2].normalized() - u;
-        const double longest =
-            std::max({ab.squaredNorm(), ac.squaredNorm(), (ab - ac).squaredNorm()});
-        if (ab.cross(ac).norm() > kMinRoundness * longest) return Triangle{p, near.angle[c]};
+      const Eigen::Vector3d to_b = point(b).normalized() - first;
+      const double longest =
+          std::max({to_b.squaredNorm(), to_c.squaredNorm(), (to_b - to_c).squaredNorm()});
+      if (to_b.cross(to_c).norm() > kMinRoundness * longest) {
+        return Triangle{{point(0), point(b), point(c)}, near.angle[c]};
       }
     }
   }

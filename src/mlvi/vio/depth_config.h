@@ -13,7 +13,7 @@ struct DepthConfig {
   double cell_angle = 0.006;
   double min_depth = 0.3;
   double max_depth = 60.0;
-  int neighbors = 8;
+  int neighbors = 24;
   double max_neighbor_angle = 0.03;
   double max_spread_ratio = 0.15;
   double min_spread = 0.2;

@@ -191,7 +191,7 @@ TEST(SphericalDepthMap, NearestAgreesWithTheDefinition) {
 TEST(SphericalDepthMap, KeepsTheNearestPointPerCell) {
   const PointCloud room = Scan(Pose3(), 0.0, RandomStream(8));
   PointCloud both;
-  for (const Eigen::Vector3f& p : room) both.push_back(1.5F * p);
+  for (const Eigen::Vector3f& p : room) both.push_back(2.0F * p);  // the same direction, to the bit
   both.insert(both.end(), room.begin(), room.end());
   const SphericalDepthMap expected(room, Pose3(), {}), map(both, Pose3(), {});
   EXPECT_EQ(map.points(), expected.points());
