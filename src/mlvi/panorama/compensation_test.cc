@@ -107,7 +107,8 @@ TEST(Compensation, RayIsEfficientWithNoise) {
   double nees = 0.0, chi_square = 0.0;
   constexpr int kTrials = 1500;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const Scene s = MakeRandomViews({.offset = 0.3, .depth = 4.0, .baseline = 1.0, .noise = 5e-4, .views = 5}, random);
+    const Scene s = MakeRandomViews(
+        {.offset = 0.3, .depth = 4.0, .baseline = 1.0, .noise = 5e-4, .views = 5}, random);
     const auto result = TriangulateViews(s.views, kRay);
     ASSERT_TRUE(result.has_value());
     const Eigen::Vector3d error = result->point - s.point;

@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/panorama/panoramic_tracker.h"
+
+#include <algorithm>
+#include <map>
+
+#include "mlvi/base/parallel.h"
+
+namespace mlvi {
+namespace {
+
+// The living tracks of one camera and what flow made of them.
+struct CameraTracks {
+  std::vector<TrackId> ids;
+  std::vector<FlowRequest> requests;
+  std::vector<FlowResult> results;
+};
+
+// Where a point seen before lies now: its ray at the depth known, or at infinity, from the
+// predicted place.
+Eigen::Vector3d PredictedPoint(const PanoramicObservation& before, double inverse_depth,
+                               const PredictedMotion& motion) {
+  const Eigen::Vector3d t = motion.t_earlier_current.value_or(Eigen::Vector3d::Zero());
+  return motion.R_earlier_current.conjugate() *
+         (before.bearing + inverse_depth * (before.center - t));
+}
+
+// The pixel in which camera `o.camera` sees it now; where it was, when it will be out of sight.
+Eigen::Vector2d PredictedPixel(const PanoramaModel& model, const PanoramicObservation& o,
+                               double inverse_depth, const PredictedMotion& motion) {
+  const Eigen::Vector3d point = PredictedPoint(o, inverse_depth, motion);
+  const Eigen::Vector3d offset = model.T_pano_camera(o.camera).translation();
+  const auto pixel = model.ProjectDirection(o.camera, point - inverse_depth * offset);
+  return pixel.value_or(o.pixel);
+}
+
+}  // namespace
+
+void PanoramicTrackerConfig::Declare(ConfigDeclaration& d) {
+  d.Field("budget", budget, "", "Features on the whole sphere, whatever the number of cameras",
+          {10.0, 10000.0});
+  d.Field("pixel_sigma", pixel_sigma, "px", "Of tracked positions, one sigma per axis",
+          {0.01, 10.0});
+  d.Field("max_gap", max_gap, "s", "Tracks of a camera without images end after this", {0.0, 10.0});
+  d.Section("pyramid", pyramid);
+  d.Section("flow", flow);
+  d.Section("corner", corner);
+  d.Section("outliers", outliers);
+}
+
+PanoramicTracker::PanoramicTracker(const PanoramaModel& model, const PanoramicTrackerConfig& config)
+    : model_(model),
+      config_(config),
+      budget_(model, config.budget),
+      streams_(static_cast<std::size_t>(model.cameras())) {}
+
+TrackingSummary PanoramicTracker::Process(FrameId frame, std::span<const Image> images,
+                                          const TrackingHints& hints) {
+  TrackingSummary summary;
+  BuildPyramids(images);
+  EndStaleTracks();
+  Follow(frame, hints, summary);
+  RejectOutliers(frame, hints, summary);
+  StartTracks(frame, summary);
+  Advance();
+  summary.alive_per_camera.assign(streams_.size(), 0);
+  for (const Track& track : tracks_.tracks()) {
+    if (track.alive) ++summary.alive_per_camera[static_cast<std::size_t>(track.last().camera)];
+  }
+  return summary;
+}
+
+void PanoramicTracker::BuildPyramids(std::span<const Image> images) {
+  for (const Image& image : images) {
+    MLVI_CHECK(image.camera >= 0 && image.camera < model_.cameras(), "image of camera {} of {}",
+               image.camera, model_.cameras());
+    MLVI_CHECK(image.width == model_.camera(image.camera).width() &&
+                   image.height == model_.camera(image.camera).height(),
+               "camera {}: image of {} x {} px, lens model of {} x {}", image.camera, image.width,
+               image.height, model_.camera(image.camera).width(),
+               model_.camera(image.camera).height());
+  }
+  ParallelFor(images.size(), 1, [&](std::size_t i) {
+    Stream& stream = streams_[static_cast<std::size_t>(images[i].camera)];
+    stream.current = BuildPyramid(images[i], config_.pyramid);
+    stream.current_stamp = images[i].stamp;
+  });
+}
+
+void PanoramicTracker::EndStaleTracks() {
+  Time now;
+  for (const Stream& stream : streams_) {
+    if (!stream.current.empty()) now = std::max(now, stream.current_stamp);
+  }
+  const Duration max_gap = Duration::FromSeconds(config_.max_gap);
+  std::vector<TrackId> stale;
+  for (const Track& track : tracks_.tracks()) {
+    const Stream& stream = streams_[static_cast<std::size_t>(track.last().camera)];
+    if (track.alive && now - stream.previous_stamp > max_gap) stale.push_back(track.id);
+  }
+  for (const TrackId id : stale) tracks_.End(id);
+}
+
+void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary) {
+  std::vector<CameraTracks> cameras(streams_.size());
+  for (const Track& track : tracks_.tracks()) {
+    const PanoramicObservation& last = track.last();
+    const Stream& stream = streams_[static_cast<std::size_t>(last.camera)];
+    if (!track.alive || stream.current.empty()) continue;
+    CameraTracks& camera = cameras[static_cast<std::size_t>(last.camera)];
+    const double inverse_depth = hints.inverse_depth ? hints.inverse_depth(track.id) : 0.0;
+    camera.ids.push_back(track.id);
+    camera.requests.push_back({last.pixel, PredictedPixel(model_, last, inverse_depth,
+                                                          hints.motion(track.last_frame()))});
+  }
+  ParallelFor(cameras.size(), 1, [&](std::size_t i) {
+    if (cameras[i].ids.empty()) return;
+    cameras[i].results = TrackFlow(streams_[i].previous, streams_[i].current, cameras[i].requests,
+                                   config_.pyramid, config_.flow);
+  });
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (std::size_t i = 0; i < cameras[c].ids.size(); ++i) {
+      const FlowResult& result = cameras[c].results[i];
+      const TrackId id = cameras[c].ids[i];
+      const auto observation = result.status == FlowStatus::kTracked
+                                   ? model_.Lift(static_cast<int>(c), result.pixel)
+                                   : std::nullopt;
+      if (observation) {
+        tracks_.Extend(id, frame, *observation);
+        ++summary.followed;
+      } else {
+        tracks_.End(id);
+        ++(result.status == FlowStatus::kRoundTrip ? summary.round_trip : summary.lost);
+      }
+    }
+  }
+}
+
+void PanoramicTracker::RejectOutliers(FrameId frame, const TrackingHints& hints,
+                                      TrackingSummary& summary) {
+  struct Group {
+    std::vector<TrackId> ids;
+    std::vector<RayPair> pairs;
+  };
+  // By the frame before: one group, unless a camera had missed some.
+  std::map<FrameId, Group> groups;
+  for (const Track& track : tracks_.tracks()) {
+    if (!track.alive || track.last_frame() != frame || track.observations.size() < 2) continue;
+    const TrackObservation& before = track.observations[track.observations.size() - 2];
+    const auto ray = [&](const PanoramicObservation& o) {
+      return Ray{o.center, o.bearing, config_.pixel_sigma / o.resolution()};
+    };
+    Group& group = groups[before.frame];
+    group.ids.push_back(track.id);
+    group.pairs.push_back({ray(before.observation), ray(track.last())});
+  }
+  for (const auto& [before, group] : groups) {
+    const PredictedMotion motion = hints.motion(before);
+    const RelativeTranslation result = EstimateRelativeTranslation(
+        group.pairs, motion.R_earlier_current, motion.t_earlier_current, config_.outliers);
+    for (std::size_t i = 0; i < group.ids.size(); ++i) {
+      if (result.inliers[i] != 0) continue;
+      tracks_.RejectLast(group.ids[i]);
+      ++summary.outliers;
+      --summary.followed;
+    }
+  }
+}
+
+void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
+  std::vector<Eigen::Vector3d> features;
+  for (const Track& track : tracks_.tracks()) {
+    if (track.alive) features.push_back(track.last().point);
+  }
+  const std::vector<std::uint8_t> empty = budget_.EmptyCells(features);
+  std::vector<std::vector<Corner>> corners(streams_.size());
+  ParallelFor(streams_.size(), 1, [&](std::size_t i) {
+    if (streams_[i].current.empty()) return;
+    corners[i] = DetectCorners(streams_[i].current, budget_.regions(static_cast<int>(i)), empty,
+                               config_.corner);
+  });
+  for (const PanoramicObservation& observation : budget_.Select(model_, corners, features)) {
+    tracks_.Start(frame, observation);
+    ++summary.started;
+  }
+}
+
+void PanoramicTracker::Advance() {
+  for (Stream& stream : streams_) {
+    if (stream.current.empty()) continue;
+    stream.previous = std::move(stream.current);
+    stream.current = {};
+    stream.previous_stamp = stream.current_stamp;
+  }
+}
+
+}  // namespace mlvi

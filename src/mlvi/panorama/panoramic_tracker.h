@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "mlvi/features/corners.h"
+#include "mlvi/features/flow.h"
+#include "mlvi/panorama/feature_budget.h"
+#include "mlvi/panorama/relative_translation.h"
+#include "mlvi/panorama/track_store.h"
+
+namespace mlvi {
+
+struct PanoramicTrackerConfig {
+  int budget = 250;
+  double pixel_sigma = 0.5;
+  double max_gap = 1.0;
+  PyramidConfig pyramid;
+  FlowConfig flow;
+  CornerConfig corner;
+  RelativeTranslationConfig outliers;
+  void Declare(ConfigDeclaration& d);
+};
+
+// Pose of the pano frame at the current images in that of an earlier frame, as the IMU predicts it.
+struct PredictedMotion {
+  Eigen::Quaterniond R_earlier_current = Eigen::Quaterniond::Identity();
+  std::optional<Eigen::Vector3d> t_earlier_current;  // m
+};
+
+// What is known from outside when images arrive.
+struct TrackingHints {
+  // The motion from an earlier frame. Required.
+  std::function<PredictedMotion(FrameId earlier)> motion;
+  // Inverse depth (1/m) of a track along the ray of its last observation; 0 when unknown. May be
+  // empty.
+  std::function<double(TrackId)> inverse_depth;
+};
+
+struct TrackingSummary {
+  int followed = 0;    // tracks that got an observation
+  int lost = 0;        // no texture, left the picture or what is usable of it
+  int round_trip = 0;  // tracking back ended elsewhere
+  int outliers = 0;    // against the common motion
+  int started = 0;
+  std::vector<int> alive_per_camera;
+};
+
+// From the images of all cameras to the tracks of the sphere: flow from predicted places,
+// forward-backward check, one RANSAC, new features in empty cells. Cameras run in parallel and may
+// come and go: one without an image keeps its tracks for `max_gap`.
+class PanoramicTracker {
+ public:
+  // The model is copied; set_model replaces it when calibration changes (lens models and masks
+  // stay).
+  PanoramicTracker(const PanoramaModel& model, const PanoramicTrackerConfig& config);
+
+  // `images`: at most one per camera, of one instant; `frame` must rise.
+  TrackingSummary Process(FrameId frame, std::span<const Image> images, const TrackingHints& hints);
+
+  const TrackStore& tracks() const { return tracks_; }
+  TrackStore& tracks() { return tracks_; }  // the estimator forgets frames
+  const PanoramaModel& model() const { return model_; }
+  void set_model(const PanoramaModel& model) { model_ = model; }
+  const FeatureBudget& budget() const { return budget_; }
+
+ private:
+  // The images of one camera now and before.
+  struct Stream {
+    ImagePyramid previous, current;
+    Time previous_stamp, current_stamp;
+  };
+
+  void BuildPyramids(std::span<const Image> images);
+  void EndStaleTracks();
+  void Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
+  void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
+  void StartTracks(FrameId frame, TrackingSummary& summary);
+  void Advance();
+
+  PanoramaModel model_;
+  PanoramicTrackerConfig config_;
+  FeatureBudget budget_;
+  TrackStore tracks_;
+  std::vector<Stream> streams_;  // per camera
+};
+
+}  // namespace mlvi
