@@ -42,8 +42,7 @@ struct IncrementalSmootherConfig {
   // The steps of a clique of the Bayes tree are left as they were, and the tree below it unvisited, when that costs no
   // more than this of the linearised objective (without unit: 1 is a residual of 1.4 sigma). The costs of the
   // cliques add up to the whole, so the result is above the linear optimum by at most this times the number of cliques.
-  // A threshold of distance (iSAM2's alpha) cannot serve weak and strong factors alike: the one that keeps cubicle.g2o
-  // (a residual of 1e-3 weighs 2 sigma) accurate visits nearly the whole tree of others each time.
+  // A threshold of distance (iSAM2's alpha) cannot serve weak and strong factors alike (docs/decisions.md).
   double wildfire_threshold = 1e-4;
   // What exceeds a threshold is linearised anew by the next Update, as in iSAM2. What exceeds this many times a threshold
   // (a loop closure that moves much) is not put off: linearisation and solution repeat within the Update, at most
