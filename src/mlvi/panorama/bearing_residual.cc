@@ -35,6 +35,45 @@ void SetSphereRay(const PanoramicObservation& observation, const Pose3& T_pano_c
                Eigen::Quaterniond::FromTwoVectors(observation.point, observation.bearing).matrix();
 }
 
+// A feature at inverse depth rho on its way from the anchor's pano frame to the target's; all
+// points times rho.
+struct Chain {
+  Chain(const PanoramicRay& anchor, double rho, const BearingGeometry& g)
+      : R_body_pano(g.T_body_pano.R()),
+        R_target_anchor((g.T_world_target.rotation().conjugate() * g.T_world_anchor.rotation())
+                            .toRotationMatrix()),
+        t_target_anchor(g.T_world_target.rotation().conjugate() *
+                        (g.T_world_anchor.translation() - g.T_world_target.translation())),
+        pano_anchor(rho * anchor.origin + anchor.direction),
+        body_anchor(R_body_pano * pano_anchor + rho * g.T_body_pano.translation()),
+        body_target(R_target_anchor * body_anchor + rho * t_target_anchor),
+        pano_target(R_body_pano.transpose() * (body_target - rho * g.T_body_pano.translation())) {}
+
+  Eigen::Matrix3d R_body_pano, R_target_anchor;
+  Eigen::Vector3d t_target_anchor;
+  Eigen::Vector3d pano_anchor, body_anchor, body_target, pano_target;
+};
+
+// `d_v`: derivative of the residual by the point in the target's pano frame.
+BearingJacobians Differentiate(const Chain& c, const PanoramicRay& anchor, double rho,
+                               const PanoramicRay& target, const BearingGeometry& g,
+                               const Eigen::Matrix<double, 2, 3>& d_v) {
+  const Eigen::Matrix<double, 2, 3> d_body_target = d_v * c.R_body_pano.transpose();
+  const Eigen::Matrix<double, 2, 3> d_body_anchor = d_body_target * c.R_target_anchor;
+  const Eigen::Matrix<double, 2, 3> d_pano_anchor = d_body_anchor * c.R_body_pano;
+  BearingJacobians j;
+  j.anchor << rho * d_body_anchor, -d_body_anchor * Hat(c.body_anchor);
+  j.target << -rho * d_body_target, d_body_target * Hat(c.body_target);
+  j.body_pano << rho * (d_pano_anchor - d_v),
+      d_v * Hat(c.pano_target) - d_pano_anchor * Hat(c.pano_anchor);
+  j.anchor_camera = d_pano_anchor * (rho * anchor.d_origin + anchor.d_direction);
+  j.target_camera = -rho * d_v * target.d_origin - target.weight * target.d_direction;
+  const Eigen::Vector3d origin =
+      c.R_target_anchor * (g.T_body_pano * anchor.origin) + c.t_target_anchor;
+  j.inverse_depth = d_v * (g.T_body_pano.inverse() * origin - target.origin);
+  return j;
+}
+
 }  // namespace
 
 PanoramicRay MakePanoramicRay(const PanoramicObservation& observation, const Pose3& T_pano_camera,
@@ -49,39 +88,18 @@ PanoramicRay MakePanoramicRay(const PanoramicObservation& observation, const Pos
 }
 
 std::optional<Eigen::Vector2d> BearingResidual(const PanoramicRay& anchor, double inverse_depth,
-                                               const PanoramicRay& target, const BearingGeometry& g,
+                                               const PanoramicRay& target,
+                                               const BearingGeometry& geometry,
                                                BearingJacobians* jacobians) {
-  const double rho = inverse_depth;
-  const Eigen::Matrix3d R_body_pano = g.T_body_pano.R();
-  const Eigen::Matrix3d R_target_anchor =
-      (g.T_world_target.rotation().conjugate() * g.T_world_anchor.rotation()).toRotationMatrix();
-  const Eigen::Vector3d t_target_anchor =
-      g.T_world_target.rotation().conjugate() *
-      (g.T_world_anchor.translation() - g.T_world_target.translation());
-  // All points times rho: anchor pano, anchor body, target body, target pano.
-  const Eigen::Vector3d pano_a = rho * anchor.origin + anchor.direction;
-  const Eigen::Vector3d body_a = R_body_pano * pano_a + rho * g.T_body_pano.translation();
-  const Eigen::Vector3d body_t = R_target_anchor * body_a + rho * t_target_anchor;
-  const Eigen::Vector3d pano_t =
-      R_body_pano.transpose() * (body_t - rho * g.T_body_pano.translation());
-  const Eigen::Vector3d v = pano_t - rho * target.origin;
+  const Chain chain(anchor, inverse_depth, geometry);
+  const Eigen::Vector3d v = chain.pano_target - inverse_depth * target.origin;
   const double length = v.norm();
   if (!(length > kAtOrigin)) return std::nullopt;
   const Eigen::Vector3d u = v / length;
   if (jacobians != nullptr) {
     const Eigen::Matrix<double, 2, 3> d_v =
         (target.weight - (target.weight * u) * u.transpose()) / length;
-    const Eigen::Matrix<double, 2, 3> d_body_t = d_v * R_body_pano.transpose();
-    const Eigen::Matrix<double, 2, 3> d_body_a = d_body_t * R_target_anchor;
-    const Eigen::Matrix<double, 2, 3> d_pano_a = d_body_a * R_body_pano;
-    jacobians->anchor << rho * d_body_a, -d_body_a * Hat(body_a);
-    jacobians->target << -rho * d_body_t, d_body_t * Hat(body_t);
-    jacobians->body_pano << rho * (d_pano_a - d_v), d_v * Hat(pano_t) - d_pano_a * Hat(pano_a);
-    jacobians->anchor_camera = d_pano_a * (rho * anchor.d_origin + anchor.d_direction);
-    jacobians->target_camera = -rho * d_v * target.d_origin - target.weight * target.d_direction;
-    const Eigen::Vector3d origin_body =
-        R_target_anchor * (g.T_body_pano * anchor.origin) + t_target_anchor;
-    jacobians->inverse_depth = d_v * (g.T_body_pano.inverse() * origin_body - target.origin);
+    *jacobians = Differentiate(chain, anchor, inverse_depth, target, geometry, d_v);
   }
   return Eigen::Vector2d(target.weight * (u - target.direction));
 }

@@ -10,13 +10,6 @@
 namespace mlvi {
 namespace {
 
-// The living tracks of one camera and what flow made of them.
-struct CameraTracks {
-  std::vector<TrackId> ids;
-  std::vector<FlowRequest> requests;
-  std::vector<FlowResult> results;
-};
-
 // Where a point seen before lies now: its ray at the depth known, or at infinity, from the
 // predicted place.
 Eigen::Vector3d PredictedPoint(const PanoramicObservation& before, double inverse_depth,
@@ -102,18 +95,28 @@ void PanoramicTracker::EndStaleTracks() {
   for (const TrackId id : stale) tracks_.End(id);
 }
 
-void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary) {
+std::vector<PanoramicTracker::CameraTracks> PanoramicTracker::Predict(
+    const TrackingHints& hints) const {
   std::vector<CameraTracks> cameras(streams_.size());
+  std::map<FrameId, PredictedMotion> motions;
   for (const Track& track : tracks_.tracks()) {
     const PanoramicObservation& last = track.last();
-    const Stream& stream = streams_[static_cast<std::size_t>(last.camera)];
-    if (!track.alive || stream.current.empty()) continue;
-    CameraTracks& camera = cameras[static_cast<std::size_t>(last.camera)];
+    const auto camera = static_cast<std::size_t>(last.camera);
+    if (!track.alive || streams_[camera].current.empty()) continue;
+    auto motion = motions.find(track.last_frame());
+    if (motion == motions.end()) {
+      motion = motions.emplace(track.last_frame(), hints.motion(track.last_frame())).first;
+    }
     const double inverse_depth = hints.inverse_depth ? hints.inverse_depth(track.id) : 0.0;
-    camera.ids.push_back(track.id);
-    camera.requests.push_back({last.pixel, PredictedPixel(model_, last, inverse_depth,
-                                                          hints.motion(track.last_frame()))});
+    cameras[camera].ids.push_back(track.id);
+    cameras[camera].requests.push_back(
+        {last.pixel, PredictedPixel(model_, last, inverse_depth, motion->second)});
   }
+  return cameras;
+}
+
+void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary) {
+  std::vector<CameraTracks> cameras = Predict(hints);
   ParallelFor(cameras.size(), 1, [&](std::size_t i) {
     if (cameras[i].ids.empty()) return;
     cameras[i].results = TrackFlow(streams_[i].previous, streams_[i].current, cameras[i].requests,
@@ -122,17 +125,16 @@ void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, Trackin
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     for (std::size_t i = 0; i < cameras[c].ids.size(); ++i) {
       const FlowResult& result = cameras[c].results[i];
-      const TrackId id = cameras[c].ids[i];
-      const auto observation = result.status == FlowStatus::kTracked
-                                   ? model_.Lift(static_cast<int>(c), result.pixel)
-                                   : std::nullopt;
+      const bool tracked = result.status == FlowStatus::kTracked;
+      const auto observation =
+          tracked ? model_.Lift(static_cast<int>(c), result.pixel) : std::nullopt;
       if (observation) {
-        tracks_.Extend(id, frame, *observation);
+        tracks_.Extend(cameras[c].ids[i], frame, *observation);
         ++summary.followed;
-      } else {
-        tracks_.End(id);
-        ++(result.status == FlowStatus::kRoundTrip ? summary.round_trip : summary.lost);
+        continue;
       }
+      tracks_.End(cameras[c].ids[i]);
+      ++(result.status == FlowStatus::kRoundTrip ? summary.round_trip : summary.lost);
     }
   }
 }

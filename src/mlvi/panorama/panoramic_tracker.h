@@ -74,8 +74,16 @@ class PanoramicTracker {
     Time previous_stamp, current_stamp;
   };
 
+  // The living tracks of one camera with an image and what flow made of them.
+  struct CameraTracks {
+    std::vector<TrackId> ids;
+    std::vector<FlowRequest> requests;
+    std::vector<FlowResult> results;
+  };
+
   void BuildPyramids(std::span<const Image> images);
   void EndStaleTracks();
+  std::vector<CameraTracks> Predict(const TrackingHints& hints) const;
   void Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void StartTracks(FrameId frame, TrackingSummary& summary);
