@@ -10,9 +10,11 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "contact_sheet.h"
 #include "exit_code.h"
 #include "interrupt.h"
 #include "mlvi/base/parallel.h"
@@ -31,6 +33,10 @@ struct SimulateOptions {
   std::string sequence;
   std::string output;
   std::string rig = "newer_college";
+  std::string cameras = "all";
+  double image_rate = 0.0;
+  bool contact_sheet = false;
+  int jpeg_quality = 80;
   std::string trajectory;
   double seconds = 0.0;
   double rest = 2.0;
@@ -72,6 +78,19 @@ Expected<PoseSpline> LoadTrajectory(const std::string& path) {
   return FitPoseSpline(stamps, values);
 }
 
+// "all", "none" or names parted by commas.
+std::vector<std::string> CameraNames(const std::string& text, const Rig& rig) {
+  std::vector<std::string> names;
+  if (text == "none") return names;
+  if (text == "all") {
+    for (const CameraSpec& camera : rig.cameras) names.push_back(camera.name);
+    return names;
+  }
+  std::istringstream list(text);
+  for (std::string name; std::getline(list, name, ',');) names.push_back(name);
+  return names;
+}
+
 Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   const Expected<Rig> rig = LoadRig(options.rig);
   if (!rig) return tl::unexpected(rig.error());
@@ -79,6 +98,8 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
       StandardSequence(options.sequence, *rig, options.seconds, options.seed);
   sequence.rig = MakeSimulatedRig(*rig, options.wrong_extrinsics, options.seed);
   sequence.rest = options.rest;
+  sequence.cameras = CameraNames(options.cameras, *rig);
+  sequence.image_rate = options.image_rate;
   SequenceFaults& faults = sequence.faults;
   faults.lidar_gap = WindowOf(options.lidar_gap);
   faults.imu_gap = WindowOf(options.imu_gap);
@@ -166,6 +187,28 @@ Json MotionJson(const Recording& recording) {
           {"max_acceleration_m_s2", motion.max_acceleration}};
 }
 
+Json CamerasJson(const Recording& recording) {
+  const CameraPhysics& physics = recording.options().camera_physics;
+  Json json = Json::object();
+  for (const CameraStream& stream : recording.cameras()) {
+    const CameraSpec& truth =
+        recording.options().rig.true_rig.cameras[static_cast<std::size_t>(stream.camera())];
+    double longest = 0.0, highest = 1.0;
+    for (std::size_t i = 0; i < stream.size(); ++i) {
+      longest = std::max(longest, stream.ExposureOf(i).seconds);
+      highest = std::max(highest, stream.ExposureOf(i).gain);
+    }
+    json[truth.name] = {{"true_T_body_camera", ToJson(truth.T_body_camera)},
+                        {"true_time_offset_s", truth.time_offset.seconds()},
+                        {"longest_exposure_s", longest},
+                        {"highest_gain", highest},
+                        {"read_noise_electrons", physics.read_noise},
+                        {"gamma", physics.gamma},
+                        {"row_time_s", physics.row_time.seconds()}};
+  }
+  return json;
+}
+
 Json Description(const Recording& recording, const SimulateOptions& options, bool interrupted) {
   const SequenceOptions& sequence = recording.options();
   Json messages;
@@ -183,6 +226,7 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"estimator_T_body_lidar", ToJson(recording.rig().lidar->T_body_lidar)},
           {"gravity_m_s2", sequence.rig.true_rig.gravity},
           {"messages", messages},
+          {"cameras", CamerasJson(recording)},
           {"faults", ToJson(sequence.faults)},
           {"noise", NoiseJson(recording)},
           {"bias_at_begin", ToJson(recording.GroundTruth(recording.begin()).bias)},
@@ -213,7 +257,9 @@ Expected<void> WriteBag(Recording& recording, const std::string& path,
                         const SimulateOptions& options, const InterruptGuard& guard) {
   auto writer = BagWriter::Create(
       path, recording.options().rig.estimator_rig,
-      {.compression = options.compression, .velodyne_stamp = options.velodyne_stamp});
+      {.compression = options.compression,
+       .velodyne_stamp = options.velodyne_stamp,
+       .jpeg_quality = options.jpeg_quality});
   if (!writer) return tl::unexpected(writer.error());
   ProgressBar progress("simulate " + options.sequence, stderr);
   while (!guard.interrupted()) {
@@ -225,6 +271,15 @@ Expected<void> WriteBag(Recording& recording, const std::string& path,
   }
   progress.Finish();
   return (*writer)->Close();
+}
+
+Expected<void> WriteContactSheets(const Recording& recording, const std::filesystem::path& folder) {
+  for (int i = 1; i <= 3; ++i) {
+    const auto written = WriteContactSheet(recording, (2.0 * i - 1.0) / 6.0,
+                                           folder / fmt::format("contact_sheet_{}.png", i));
+    if (!written) return written;
+  }
+  return {};
 }
 
 void PrintCatalogue() {
@@ -265,6 +320,10 @@ Expected<int> Simulate(const SimulateOptions& options) {
           .and_then([&] {
             return WriteJson(Description(recording, options, guard.interrupted()),
                              folder / "sequence.json");
+          })
+          .and_then([&]() -> Expected<void> {
+            if (!options.contact_sheet) return {};
+            return WriteContactSheets(recording, folder);
           });
   if (!written) return tl::unexpected(written.error());
   return guard.interrupted() ? kExitInterrupted : kExitDone;
@@ -302,6 +361,19 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--list", options->list, "List the sequences");
   command->add_option("--rig", options->rig, "Rig file, or the name of a built-in rig")
       ->capture_default_str();
+  command
+      ->add_option("--cameras", options->cameras,
+                   "Cameras that take images: all, none, or names parted by commas")
+      ->capture_default_str();
+  command
+      ->add_option("--image-rate", options->image_rate,
+                   "Images per second of every camera (0: as the rig says)")
+      ->check(CLI::Range(0.0, 200.0));
+  command->add_option("--jpeg-quality", options->jpeg_quality, "Of compressed images")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  command->add_flag("--contact-sheet", options->contact_sheet,
+                    "Also write pictures of what all cameras see, with LiDAR points drawn in");
   command->add_option("--seconds", options->seconds, "Length (0: the sequence's own)");
   command->add_option("--seed", options->seed, "Seed of world, motion and noise")
       ->capture_default_str();

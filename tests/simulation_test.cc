@@ -101,7 +101,7 @@ TEST(SimulateCommand, WritesACompleteRecording) {
   const TemporaryFolder folder("command");
   const std::string output = folder.path();
   ASSERT_EQ(RunMlvi("simulate corridor-easy --rig m2dgr --seconds 1 --seed 5 --lidar-gap 0.4,0.2 "
-                    "--imu-in-g -o " +
+                    "--cameras none --imu-in-g -o " +
                     output),
             0);
   const Expected<Rig> rig = LoadRig(output + "/rig.yaml");
@@ -119,6 +119,97 @@ TEST(SimulateCommand, WritesACompleteRecording) {
   const auto source = RosBagSource::Open({output + "/corridor-easy.bag"}, *rig);
   ASSERT_TRUE(source.has_value()) << source.error().message;
   EXPECT_EQ(ReadAll(**source).size(), 8U + 151U);
+}
+
+// Images of all three rigs come back as they were made: raw ones bit by bit, JPEGs but for the
+// compression, on the topics and with the types of the real recordings.
+class ImagesOfRig : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ImagesOfRig, SurviveTheBag) {
+  const TemporaryFolder folder("images");
+  const std::string bag = folder.path() / "images.bag";
+  const Rig rig = LoadRig(GetParam()).value();
+  SequenceOptions options = StandardSequence("corridor-easy", rig, 0.1);
+  options.cameras = {rig.cameras.front().name, rig.cameras[1].name};
+  options.image_rate = 10.0;
+  Recording messages(options, RecordingForm::kMessages), measurements(options);
+  auto writer = BagWriter::Create(bag, messages.options().rig.estimator_rig).value();
+  while (auto measurement = messages.Next().value())
+    ASSERT_TRUE(writer->Write(*measurement).has_value());
+  ASSERT_TRUE(writer->Close().has_value());
+  const auto images_of = [](const std::vector<Measurement>& all) {
+    std::vector<Image> images;
+    for (const Measurement& m : all) {
+      if (const auto* image = std::get_if<Image>(&m)) images.push_back(*image);
+    }
+    return images;
+  };
+  auto source = RosBagSource::Open({bag}, rig, {.cameras = options.cameras});
+  ASSERT_TRUE(source.has_value()) << source.error().message;
+  const auto read = images_of(ReadAll(**source)), made = images_of(ReadAll(measurements));
+  ASSERT_EQ(made.size(), 2U);
+  ASSERT_EQ(read.size(), made.size());
+  const bool raw = !rig.cameras.front().topic.ends_with("/compressed");
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    EXPECT_EQ(read[i].stamp, made[i].stamp);
+    EXPECT_EQ(read[i].camera, made[i].camera);
+    ASSERT_EQ(read[i].pixels.size(), made[i].pixels.size());
+    if (raw) {
+      EXPECT_EQ(read[i].pixels, made[i].pixels);
+      continue;
+    }
+    double squares = 0.0;
+    for (std::size_t k = 0; k < read[i].pixels.size(); ++k) {
+      const double d = static_cast<double>(read[i].pixels[k]) - made[i].pixels[k];
+      squares += d * d;
+    }
+    // JPEG of quality 80 takes off part of the noise, no more.
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(read[i].pixels.size())), 8.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rigs, ImagesOfRig,
+                         ::testing::Values("newer_college", "m2dgr", "hilti_2022"));
+
+// An independent reader: ROS's own Python module (python3-rosbag) finds topics, types, sizes, stamps.
+TEST(SimulateCommand, RosReadsTheBagToo) {
+  if (std::system("/usr/bin/python3 -c 'import rosbag' >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "python3-rosbag is not installed";
+  const TemporaryFolder folder("rosbag");
+  const std::string output = folder.path();
+  ASSERT_EQ(RunMlvi("simulate corridor-easy --rig newer_college --seconds 0.4 --image-rate 10 "
+                    "--cameras cam0,cam3 -o " +
+                    output),
+            0);
+  const std::string script = output + "/read.py";
+  std::ofstream(script) << R"(
+import rosbag, sys
+seen = {}
+with rosbag.Bag(sys.argv[1]) as bag:
+    for topic, message, receipt in bag.read_messages():
+        seen.setdefault(topic, []).append((message, receipt))
+for camera in ("cam0", "cam3"):
+    images = seen["/alphasense_driver_ros/%s/compressed" % camera]
+    assert len(images) == 4, len(images)
+    for message, receipt in images:
+        assert message._type == "sensor_msgs/CompressedImage", message._type
+        assert message.format.startswith("mono8; jpeg compressed"), message.format
+        assert list(message.data[:3]) == [255, 216, 255] and list(message.data[-2:]) == [255, 217]
+        assert 0 <= (receipt - message.header.stamp).to_sec() < 0.01
+assert len(seen["/alphasense_driver_ros/imu"]) == 81
+clouds = seen["/os_cloud_node/points"]
+assert len(clouds) == 4 and clouds[0][0].height == 128 and clouds[0][0].width == 1024
+assert [f.name for f in clouds[0][0].fields][:5] == ["x", "y", "z", "intensity", "t"]
+)";
+  EXPECT_EQ(std::system(("/usr/bin/python3 " + script + " " + output + "/corridor-easy.bag").c_str()), 0);
+}
+
+TEST(SimulateCommand, WritesContactSheets) {
+  const TemporaryFolder folder("sheets");
+  const std::string output = folder.path();
+  ASSERT_EQ(RunMlvi("simulate corridor-easy --seconds 0.2 --cameras cam0 --image-rate 10 --contact-sheet -o " + output), 0);
+  EXPECT_GT(std::filesystem::file_size(output + "/contact_sheet_2.png"), 100'000U);
+  EXPECT_EQ(RunMlvi("simulate corridor-easy --seconds 0.2 --cameras cam9 -o " + output), 1);
 }
 
 TEST(SimulateCommand, AnswersWrongUseWithExitCode1) {

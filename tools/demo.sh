@@ -8,7 +8,7 @@ mlvi=$1
 out=$2
 
 echo "== 1/3 simulate: 20 s around a courtyard with an OS0-128 and an IMU"
-"$mlvi" simulate courtyard-easy --rig newer_college --seconds 20 --seed 1 --compression lz4 -o "$out/recording"
+"$mlvi" simulate courtyard-easy --rig newer_college --seconds 20 --seed 1 --cameras none --compression lz4 -o "$out/recording"
 echo "== 2/3 run: trajectory and map from the recording"
 "$mlvi" run "$out/recording/courtyard-easy.bag" --rig "$out/recording/rig.yaml" -o "$out/result"
 echo "== 3/3 evaluate against the simulator's truth"

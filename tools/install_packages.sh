@@ -20,6 +20,7 @@ packages=(
   libembree-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
+  python3-rosbag # reads simulated bags as ROS does
 )
 optional=(mold) # a faster linker where the distribution has it
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/io/bag_writer.h"
 
+#include "mlvi/io/image_encoder.h"
 #include "mlvi/io/sweep_messages.h"
 
 namespace mlvi {
@@ -37,7 +38,18 @@ Expected<void> BagWriter::Write(const Measurement& measurement) {
   const Image& image = std::get<Image>(measurement);
   const auto camera = static_cast<std::size_t>(image.camera);
   MLVI_CHECK(camera < rig_.cameras.size(), "camera {} of {}", camera, rig_.cameras.size());
-  return bag_->Write(rig_.cameras[camera].topic, receipt, ImageMessage(image, rig_.cameras[camera].name));
+  return CameraMessage(image).and_then(
+      [&](const RosMessage& message) { return bag_->Write(rig_.cameras[camera].topic, receipt, message); });
+}
+
+Expected<RosMessage> BagWriter::CameraMessage(const Image& image) const {
+  const CameraSpec& camera = rig_.cameras[static_cast<std::size_t>(image.camera)];
+  if (!camera.topic.ends_with("/compressed")) return ImageMessage(image, camera.name);
+  const auto jpeg = EncodeJpeg(image, options_.jpeg_quality);
+  if (!jpeg) return tl::unexpected(jpeg.error());
+  // As image_transport's compressed plugin writes it: what the data decode to follows for colour.
+  const std::string format = fmt::format("{0}; jpeg compressed {1}", EncodingOf(image), image.channels == 3 ? "bgr8" : "");
+  return CompressedImageMessage(image.stamp, camera.name, format, *jpeg);
 }
 
 RosMessage BagWriter::SweepMessage(const LidarSweep& sweep) const {

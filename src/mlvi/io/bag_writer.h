@@ -19,6 +19,7 @@ enum class VelodyneStamp : int { kFirstPacket = 0, kLastPacket = 1 };
 struct BagWriterOptions {
   BagCompression compression = BagCompression::kNone;
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
+  int jpeg_quality = 80;  // 1 to 100; 80 is image_transport's default
 };
 
 // Writes ROS 1 bags with the topics of a rig and the messages of the real drivers, by LidarSpec::model:
@@ -26,7 +27,8 @@ struct BagWriterOptions {
 //   "VLP-32C"      Velodyne XYZIRT: time float32 s from the header's stamp (see VelodyneStamp)
 //   "PandarXT-32"  Hesai: timestamp float64, absolute s; header's stamp is the start
 // Values are written as they are (units, NaN, stamps without the rig's time offsets): what a driver would send.
-// Images become sensor_msgs/Image mono8.
+// Images become sensor_msgs/CompressedImage (JPEG) on topics that end in "/compressed", else
+// sensor_msgs/Image; mono8 or bgr8, by their channels.
 class BagWriter {
  public:
   // Errors: a file that cannot be written (kInput), a LiDAR model without a layout (kConfiguration).
@@ -43,6 +45,7 @@ class BagWriter {
   BagWriter(std::unique_ptr<RawBagWriter> bag, const Rig& rig, const BagWriterOptions& options)
       : bag_(std::move(bag)), rig_(rig), options_(options) {}
   RosMessage SweepMessage(const LidarSweep& sweep) const;
+  Expected<RosMessage> CameraMessage(const Image& image) const;
 
   std::unique_ptr<RawBagWriter> bag_;
   Time last_receipt_ = Time::FromNanoseconds(0);

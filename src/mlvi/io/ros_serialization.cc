@@ -45,6 +45,11 @@ RosType ImageRosType() {
                      {kHeader})};
 }
 
+RosType CompressedImageRosType() {
+  return {kCompressedImageType, "8f7a12909da2c9d3332d540a0977563f",
+          Definition("Header header\nstring format\nuint8[] data\n", {kHeader})};
+}
+
 void PutVector(const Eigen::Vector3d& v, WireWriter& writer) {
   for (int i = 0; i < 3; ++i) writer.Put(v[i]);
 }
@@ -97,14 +102,25 @@ RosMessage PointCloud2Message(const PointCloud2Data& cloud) {
   return {PointCloud2RosType(), writer.Take()};
 }
 
+std::string_view EncodingOf(const Image& image) { return image.channels == 3 ? "bgr8" : "mono8"; }
+
+RosMessage CompressedImageMessage(Time stamp, const std::string& frame_id, const std::string& format,
+                                  ByteSpan data) {
+  WireWriter writer;
+  writer.PutHeader(stamp, frame_id);
+  writer.PutText(format);
+  writer.PutBlock(data);
+  return {CompressedImageRosType(), writer.Take()};
+}
+
 RosMessage ImageMessage(const Image& image, const std::string& frame_id) {
   WireWriter writer;
   writer.PutHeader(image.stamp, frame_id);
   writer.Put(static_cast<std::uint32_t>(image.height));
   writer.Put(static_cast<std::uint32_t>(image.width));
-  writer.PutText("mono8");
+  writer.PutText(EncodingOf(image));
   writer.Put(std::uint8_t{0});
-  writer.Put(static_cast<std::uint32_t>(image.width));
+  writer.Put(static_cast<std::uint32_t>(image.width * image.channels));
   writer.PutBlock(image.pixels);
   return {ImageRosType(), writer.Take()};
 }

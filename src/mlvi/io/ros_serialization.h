@@ -67,7 +67,11 @@ struct PointCloud2Data {
 
 RosMessage ImuMessage(const ImuSample& sample);
 RosMessage PointCloud2Message(const PointCloud2Data& cloud);
-// mono8.
+// "mono8" or "bgr8".
+std::string_view EncodingOf(const Image& image);
 RosMessage ImageMessage(const Image& image, const std::string& frame_id);
+// `data`: an encoded image (image_encoder.h); `format`: e.g. "mono8; jpeg compressed ".
+RosMessage CompressedImageMessage(Time stamp, const std::string& frame_id, const std::string& format,
+                                  ByteSpan data);
 
 }  // namespace mlvi

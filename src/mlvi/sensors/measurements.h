@@ -41,13 +41,14 @@ struct LidarSweep {
   Time end() const { return stamp + span; }
 };
 
-// One camera image, 8-bit grey.
+// One camera image, 8 bit per channel; grey wherever it is processed.
 struct Image {
   Time stamp;  // middle of the exposure, camera clock corrected by the rig's time offset
   int camera = 0;
   int width = 0;
   int height = 0;
-  std::vector<std::uint8_t> pixels;  // row-major, width * height
+  int channels = 1;                  // 3: blue, green, red (only towards io writers)
+  std::vector<std::uint8_t> pixels;  // row-major, width * height * channels
 };
 
 using Measurement = std::variant<ImuSample, LidarSweep, Image>;

@@ -94,6 +94,19 @@ std::vector<Eigen::Vector3d> Waypoints() {
   return walk;
 }
 
+// A lamp below the ceiling every 5 m of the walk, each place once.
+Lighting Lamps(const WalkingPath& path) {
+  Lighting light{.sun_illuminance = 0.0, .sky_illuminance = 0.0, .ambient_illuminance = 15.0};
+  for (double s = 0.0; s < path.length(); s += 1.0) {
+    const Eigen::Vector3d at = path.At(s).position + Eigen::Vector3d(0.0, 0.0, 0.9);
+    const bool lit = std::any_of(light.lamps.begin(), light.lamps.end(), [&](const PointLamp& l) {
+      return (l.position - at).norm() < 5.0;
+    });
+    if (!lit) light.lamps.push_back({.position = at, .intensity = 250.0});
+  }
+  return light;
+}
+
 }  // namespace
 
 Place MakeCorridor(std::uint64_t seed) {
@@ -103,7 +116,9 @@ Place MakeCorridor(std::uint64_t seed) {
   AddCorridorAndLobby(builder, m, random);
   AddStairwell(builder, m);
   AddUpperRoom(builder, m, random);
-  return {.world = World(std::move(builder).Finish()), .path = WalkingPath(Waypoints(), 0.35)};
+  WalkingPath path(Waypoints(), 0.35);
+  Lighting light = Lamps(path);
+  return {.world = World(std::move(builder).Finish(), std::move(light)), .path = std::move(path)};
 }
 
 }  // namespace mlvi

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "mlvi/base/error.h"
+#include "mlvi/sim/surface_looks.h"
 
 namespace mlvi {
 namespace {
@@ -60,7 +61,7 @@ MaterialId MeshBuilder::AddMaterial(const Material& material) {
 }
 
 MaterialId MeshBuilder::AddMaterial(const std::string& name, double reflectivity) {
-  return AddMaterial({.name = name, .reflectivity = reflectivity});
+  return AddMaterial(UsualMaterial(name, reflectivity));
 }
 
 void MeshBuilder::AddTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,

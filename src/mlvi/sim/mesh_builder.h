@@ -38,7 +38,7 @@ struct PanelFrame {
 class MeshBuilder {
  public:
   MaterialId AddMaterial(const Material& material);
-  // Plain and grey.
+  // With the look that UsualMaterial knows for the name.
   MaterialId AddMaterial(const std::string& name, double reflectivity);
 
   void AddTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,

@@ -75,6 +75,22 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
       imu_(PhysicsOf(options_), motion_, options_.begin, end_, RandomStream(options_.seed, "imu")) {
   place_.world.StartClock(options_.begin);
   while (SweepStamp(sweeps_) + lidar_.pattern().span() <= end_) ++sweeps_;
+  if (!options_.cameras.empty()) MakeCameras();
+}
+
+void Recording::MakeCameras() {
+  renderer_ = std::make_unique<SceneRenderer>(place_.world);
+  const auto& specs = options_.rig.true_rig.cameras;
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    const CameraSpec& spec = specs[i];
+    if (std::ranges::find(options_.cameras, spec.name) == options_.cameras.end()) continue;
+    const double rate = options_.image_rate > 0.0 ? options_.image_rate : spec.rate_hz;
+    cameras_.emplace_back(spec, static_cast<int>(i), rate, options_.camera_physics,
+                          RandomStream(options_.seed, "camera " + spec.name), *renderer_, motion_,
+                          options_.begin, end_);
+  }
+  next_images_.resize(cameras_.size());
+  image_counts_.resize(cameras_.size());
 }
 
 Time Recording::SweepStamp(std::size_t index) const {
@@ -88,14 +104,27 @@ Time Recording::Stamped(Time time, Duration sensor_offset) const {
 }
 
 Expected<std::optional<Measurement>> Recording::Next() {
-  while (next_imu_ < imu_.size() || next_sweep_ < sweeps_) {
-    const bool sweep_first =
-        next_sweep_ < sweeps_ &&
-        (next_imu_ >= imu_.size() ||
-         SweepStamp(next_sweep_) + lidar_.pattern().span() < imu_.StampOf(next_imu_));
-    if (auto measurement = sweep_first ? NextSweep() : NextImu()) return measurement;
+  while (true) {
+    // The earliest: an IMU sample, else an image, else a sweep where they arrive at once.
+    std::optional<Time> earliest;
+    int stream = 0;  // -1: IMU, -2: LiDAR, else the camera stream
+    const auto offer = [&](Time time, int source) {
+      if (earliest && *earliest <= time) return;
+      earliest = time;
+      stream = source;
+    };
+    if (next_imu_ < imu_.size()) offer(imu_.StampOf(next_imu_), -1);
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      if (next_images_[i] < cameras_[i].size())
+        offer(cameras_[i].TimeOf(next_images_[i]), static_cast<int>(i));
+    }
+    if (next_sweep_ < sweeps_) offer(SweepStamp(next_sweep_) + lidar_.pattern().span(), -2);
+    if (!earliest) return std::nullopt;
+    auto measurement = stream == -1   ? NextImu()
+                       : stream == -2 ? NextSweep()
+                                      : NextImage(static_cast<std::size_t>(stream));
+    if (measurement) return measurement;
   }
-  return std::nullopt;
 }
 
 std::optional<Measurement> Recording::NextImu() {
@@ -127,6 +156,17 @@ std::optional<Measurement> Recording::NextSweep() {
   return sweep;
 }
 
+std::optional<Measurement> Recording::NextImage(std::size_t stream) {
+  const std::size_t index = next_images_[stream]++;
+  Image image = cameras_[stream].Take(index);
+  const auto camera = static_cast<std::size_t>(image.camera);
+  image.stamp = Stamped(image.stamp, options_.rig.true_rig.cameras[camera].time_offset);
+  if (form_ == RecordingForm::kMeasurements) MakeGrey(image);
+  ++image_counts_[stream].messages;
+  ++image_counts_[stream].delivered;
+  return image;
+}
+
 void Recording::SpoilPoints(LidarSweep& sweep, std::size_t index) const {
   const double seconds = SecondsOf(SweepStamp(index));
   const SequenceFaults& faults = options_.faults;
@@ -149,8 +189,12 @@ double Recording::Progress() const {
 }
 
 std::map<std::string, StreamCounts> Recording::Counts() const {
-  return {{options_.rig.true_rig.imu.topic, imu_counts_},
-          {options_.rig.true_rig.lidar->topic, lidar_counts_}};
+  const Rig& rig = options_.rig.true_rig;
+  std::map<std::string, StreamCounts> counts = {{rig.imu.topic, imu_counts_},
+                                                {rig.lidar->topic, lidar_counts_}};
+  for (std::size_t i = 0; i < cameras_.size(); ++i)
+    counts[rig.cameras[static_cast<std::size_t>(cameras_[i].camera())].topic] = image_counts_[i];
+  return counts;
 }
 
 NavState Recording::GroundTruth(Time time) const {

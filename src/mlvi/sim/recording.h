@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "mlvi/sensors/measurement_source.h"
+#include "mlvi/sim/camera_stream.h"
 #include "mlvi/sim/imu_simulator.h"
 #include "mlvi/sim/lidar_simulator.h"
 #include "mlvi/sim/sequence.h"
@@ -20,8 +21,9 @@ enum class RecordingForm : int {
 };
 
 // A simulated recording, generated while it is read, in the order in which messages arrive: a sweep
-// after its last firing. Construction builds world and motion (well under a second); sweeps are
-// traced by Next(). Same options, same bits, at any number of threads.
+// after its last firing, an image at the middle of its exposure. Construction builds world and
+// motion (well under a second), and with cameras also textures and exposures (seconds); sweeps and
+// images are traced by Next(). Same options, same bits, at any number of threads.
 class Recording : public MeasurementSource {
  public:
   // `options` must pass CheckOptions.
@@ -45,6 +47,7 @@ class Recording : public MeasurementSource {
   const PoseSpline& motion() const { return motion_; }
   const LidarSimulator& lidar() const { return lidar_; }
   const ImuSimulator& imu() const { return imu_; }
+  const std::vector<CameraStream>& cameras() const { return cameras_; }
 
   // The smallest distance of the body to any surface, m, sampled every 0.1 s; 10 when farther
   // everywhere.
@@ -53,6 +56,8 @@ class Recording : public MeasurementSource {
  private:
   std::optional<Measurement> NextImu();
   std::optional<Measurement> NextSweep();
+  std::optional<Measurement> NextImage(std::size_t stream);
+  void MakeCameras();
   double SecondsOf(Time time) const { return (time - options_.begin).seconds(); }
   Time SweepStamp(std::size_t index) const;
   // The stamp that a message gets whose measurement belongs to the true instant `time`.
@@ -69,6 +74,10 @@ class Recording : public MeasurementSource {
   std::size_t sweeps_ = 0;
   std::size_t next_imu_ = 0, next_sweep_ = 0;
   StreamCounts imu_counts_, lidar_counts_;
+  std::unique_ptr<SceneRenderer> renderer_;  // null without cameras
+  std::vector<CameraStream> cameras_;
+  std::vector<std::size_t> next_images_;  // by stream
+  std::vector<StreamCounts> image_counts_;
 };
 
 // Orientation of the body in its carrier (x ahead, y left, z up), from how the LiDAR stands: it is

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/sensors/camera_model.h"
 #include "mlvi/sim/test_rigs.h"
 
 namespace mlvi {
@@ -61,6 +62,80 @@ TEST(Recording, SameBitsOnEveryRunAndAtEveryNumberOfThreads) {
   EXPECT_EQ(one.size(), 5U + 101U);
   EXPECT_EQ(one, run(2));
   EXPECT_EQ(one, run(2));
+}
+
+// Two small cameras on the Newer College rig: 20 and 10 Hz, 2 ms behind the IMU's clock.
+Rig WithCameras() {
+  Rig rig = test::NewerCollege();
+  for (const int i : {0, 1}) {
+    CameraSpec spec{.name = "cam" + std::to_string(i), .topic = "/cam" + std::to_string(i)};
+    spec.model =
+        MakeCameraModel("equidistant", 96, 72, {47.0, 47.0, 47.5, 35.5}, {0.0, 0.0, 0.0, 0.0})
+            .value();
+    // Looks ahead and to the right of a body with x ahead, y right, z down.
+    const Eigen::Quaterniond ahead(0.5, 0.5, 0.5, 0.5);
+    spec.T_body_camera = Pose3(i == 0 ? ahead : ExpSo3({0.0, 0.0, 1.57}) * ahead, {0.05, 0.0, 0.0});
+    spec.rate_hz = i == 0 ? 20.0 : 10.0;
+    spec.time_offset = Duration::FromMilliseconds(2);
+    rig.cameras.push_back(spec);
+  }
+  return rig;
+}
+
+std::vector<Image> ImagesOf(Recording& recording) {
+  std::vector<Image> images;
+  while (auto measurement = recording.Next().value()) {
+    if (auto* image = std::get_if<Image>(&*measurement)) images.push_back(std::move(*image));
+  }
+  return images;
+}
+
+TEST(Recording, TakesImagesAtTheRatesAndStampsOfTheRig) {
+  SequenceOptions options = StandardSequence("courtyard-easy", WithCameras(), 1.0);
+  options.cameras = {"cam0", "cam1"};
+  options.camera_physics.colour = true;
+  for (const RecordingForm form : {RecordingForm::kMeasurements, RecordingForm::kMessages}) {
+    Recording recording(options, form);
+    const bool messages = form == RecordingForm::kMessages;
+    const std::vector<Image> images = ImagesOf(recording);
+    std::array<std::vector<Time>, 2> stamps;
+    for (const Image& image : images) {
+      stamps.at(static_cast<std::size_t>(image.camera)).push_back(image.stamp);
+      ASSERT_EQ(image.channels, messages ? 3 : 1);  // grey is what estimators get
+      ASSERT_EQ(image.pixels.size(), static_cast<std::size_t>(96 * 72 * image.channels));
+    }
+    EXPECT_EQ(stamps[0].size(), 20U);
+    EXPECT_EQ(stamps[1].size(), 10U);
+    EXPECT_EQ(recording.Counts().at("/cam0").delivered, 20);
+    EXPECT_EQ(stamps[0][2] - stamps[0][0], Duration::FromMilliseconds(100));
+    EXPECT_EQ(stamps[0][0], stamps[1][0]) << "one trigger";
+    const Time middle = recording.cameras()[0].TimeOf(0);
+    EXPECT_EQ(stamps[0][0], messages ? middle - Duration::FromMilliseconds(2) : middle);
+  }
+}
+
+TEST(Recording, CamerasLeaveTheOtherSensorsAlone) {
+  const auto fingerprints = [](const std::vector<std::string>& cameras, int threads) {
+    const ThreadLimit limit(threads);
+    SequenceOptions options = StandardSequence("courtyard-hard", WithCameras(), 0.4, 3);
+    options.cameras = cameras;
+    Recording recording(options);
+    std::vector<std::uint64_t> prints;
+    std::map<int, std::vector<std::vector<std::uint8_t>>> images;
+    while (auto measurement = recording.Next().value()) {
+      if (const auto* sweep = std::get_if<LidarSweep>(&*measurement))
+        prints.push_back(Fingerprint(*sweep));
+      if (auto* image = std::get_if<Image>(&*measurement))
+        images[image->camera].push_back(std::move(image->pixels));
+    }
+    return std::pair(prints, images);
+  };
+  const auto all = fingerprints({"cam0", "cam1"}, 1), again = fingerprints({"cam0", "cam1"}, 2),
+             one = fingerprints({"cam1"}, 2), none = fingerprints({}, 2);
+  EXPECT_FALSE(all.second.at(0).empty());
+  EXPECT_EQ(all, again);
+  EXPECT_EQ(all.first, none.first);
+  EXPECT_EQ(all.second.at(1), one.second.at(1)) << "one camera's noise depends on another";
 }
 
 TEST(Recording, SeedsAndSensorsAreIndependent) {
@@ -229,6 +304,9 @@ TEST(CheckOptions, NamesWhatIsWrong) {
   options.rig.true_rig.lidar->model = "OS7";
   EXPECT_THAT(CheckOptions(options).error().message, ::testing::HasSubstr("OS0-128"));
   EXPECT_THROW(Recording recording(options), ContractViolation);
+  options = StandardSequence("courtyard-easy", WithCameras());
+  options.cameras = {"cam0", "cam7"};
+  EXPECT_THAT(CheckOptions(options).error().message, ::testing::HasSubstr("cam0, cam1"));
 }
 
 }  // namespace

@@ -62,13 +62,23 @@ ImuNoise PhysicalImuNoise(const Rig& rig) {
   return rig.imu.noise;
 }
 
+CameraPhysics PhysicalCamera(const Rig& rig) {
+  CameraPhysics physics;
+  if (rig.name == "m2dgr") {
+    physics.colour = true;
+    physics.max_exposure = 15e-3;
+  }
+  return physics;
+}
+
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds,
                                  std::uint64_t seed) {
   return {.sequence = sequence,
           .rig = MakeSimulatedRig(rig, false, seed),
           .imu_noise = PhysicalImuNoise(rig),
           .seconds = seconds,
-          .seed = seed};
+          .seed = seed,
+          .camera_physics = PhysicalCamera(rig)};
 }
 
 const std::vector<SequenceInfo>& SequenceCatalogue() {
@@ -134,6 +144,30 @@ const SequenceInfo* FindSequence(const std::string& name) {
   return found == all.end() ? nullptr : &*found;
 }
 
+namespace {
+
+Expected<void> CheckCameras(const SequenceOptions& options) {
+  constexpr ErrorKind kKind = ErrorKind::kConfiguration;
+  std::vector<std::string> names;
+  for (const CameraSpec& spec : options.rig.true_rig.cameras) names.push_back(spec.name);
+  for (const std::string& camera : options.cameras) {
+    const auto found = std::ranges::find(names, camera);
+    if (found == names.end()) {
+      return MakeError(kKind, "rig '{}' has no camera '{}'; it has: {}", options.rig.true_rig.name,
+                       camera, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")));
+    }
+    const double rate =
+        options.rig.true_rig.cameras[static_cast<std::size_t>(found - names.begin())].rate_hz;
+    if (options.image_rate < 0.0 || (options.image_rate == 0.0 && rate <= 0.0)) {
+      return MakeError(kKind, "camera '{}': an image rate of {} Hz; it must be positive", camera,
+                       options.image_rate == 0.0 ? rate : options.image_rate);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
 Expected<void> CheckOptions(const SequenceOptions& options) {
   constexpr ErrorKind kKind = ErrorKind::kConfiguration;
   if (FindSequence(options.sequence) == nullptr) {
@@ -161,7 +195,7 @@ Expected<void> CheckOptions(const SequenceOptions& options) {
   }
   if (options.rest < 0.0)
     return MakeError(kKind, "a rest of {} s; it cannot be negative", options.rest);
-  return {};
+  return CheckCameras(options);
 }
 
 }  // namespace mlvi

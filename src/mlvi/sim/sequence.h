@@ -13,6 +13,7 @@
 #include "mlvi/base/error.h"
 #include "mlvi/geometry/spline.h"
 #include "mlvi/sensors/rig.h"
+#include "mlvi/sim/camera_sensor.h"
 #include "mlvi/sim/motion.h"
 #include "mlvi/sim/places.h"
 
@@ -57,6 +58,9 @@ SimulatedRig MakeSimulatedRig(const Rig& rig, bool wrong_extrinsics, std::uint64
 // other rigs the noise of the rig file. Rig files hold what suits an estimator, which is larger.
 ImuNoise PhysicalImuNoise(const Rig& rig);
 
+// Image sensors by rig name: colour and longer exposures for m2dgr, else those of the Alphasense.
+CameraPhysics PhysicalCamera(const Rig& rig);
+
 struct SequenceOptions {
   std::string sequence = "courtyard-easy";
   SimulatedRig rig;
@@ -71,9 +75,13 @@ struct SequenceOptions {
   // `begin`.
   std::optional<PoseSpline> trajectory = {};
   SequenceFaults faults = {};
+  // Names of the rig's cameras that take images; without any, nothing is drawn for them.
+  std::vector<std::string> cameras = {};
+  double image_rate = 0.0;  // Hz, of all cameras; 0: each one's own
+  CameraPhysics camera_physics = {};
 };
 
-// The usual options for a rig: physical noise, no faults.
+// The usual options for a rig: physical noise, no faults, no images.
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds = 0.0,
                                  std::uint64_t seed = 1);
 
@@ -91,8 +99,8 @@ const std::vector<SequenceInfo>& SequenceCatalogue();
 // nullptr when there is none of that name.
 const SequenceInfo* FindSequence(const std::string& name);
 
-// What is wrong with the options, if anything: an unknown sequence (with the nearest name), a rig
-// without LiDAR or with one that cannot be simulated, a length without one sweep.
+// What is wrong with the options, if anything: an unknown sequence or camera (with the nearest
+// name), a rig without LiDAR or with one that cannot be simulated, a length without one sweep.
 Expected<void> CheckOptions(const SequenceOptions& options);
 
 }  // namespace mlvi

@@ -107,6 +107,7 @@ const std::vector<MovingObject>& World::movers() const { return scene_->movers; 
 void World::StartClock(Time begin) { scene_->begin = begin; }
 double World::SecondsOf(Time time) const { return (time - scene_->begin).seconds(); }
 WorldSnapshot World::At(Time time) const { return WorldSnapshot(*this, SecondsOf(time)); }
+WorldSnapshot World::StaticSnapshot() const { return WorldSnapshot(*this); }
 
 std::optional<SurfaceHit> World::Cast(const Eigen::Vector3d& origin,
                                       const Eigen::Vector3d& direction, double max_range) const {

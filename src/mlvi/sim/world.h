@@ -99,6 +99,8 @@ class World {
 
   // The world at an instant. Cheap (poses of the moving objects); refers to this world.
   WorldSnapshot At(Time time) const;
+  // The world without its moving objects.
+  WorldSnapshot StaticSnapshot() const;
 
   // The first static surface from `origin` along the unit vector `direction`, not farther than
   // `max_range`. Moving objects are met through At(time).
@@ -136,6 +138,7 @@ class WorldSnapshot {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // m, world
     double radius = 0.0;
   };
+  explicit WorldSnapshot(const World& world) : world_(&world) {}
   WorldSnapshot(const World& world, double seconds);
   template <typename Visit>
   void VisitMovers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
