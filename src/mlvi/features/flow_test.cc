@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <opencv2/core/utility.hpp>
 
 #include "mlvi/base/parallel.h"
@@ -196,7 +197,8 @@ TEST(Flow, EqualisationFollowsWhatIsDark) {
     }
     return DetectCorners(BuildPyramid(image, config), tiles, std::vector<std::uint8_t>(48, 1), {});
   };
-  // Contrast is raised up to equalise_clip = 3 times: of 42 cells few have a corner before, most after.
+  // Contrast is raised up to equalise_clip = 3 times: of 42 cells few have a corner before, most
+  // after.
   EXPECT_LT(corners(false).size(), 10U);
   EXPECT_GT(corners(true).size(), 25U);
 }

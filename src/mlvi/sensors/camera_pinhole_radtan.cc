@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/sensors/camera_pinhole_radtan.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
