@@ -18,8 +18,11 @@ namespace {
 constexpr double kSpacing = 0.4;   // m between nodes
 constexpr int kMaxDivisions = 64;  // of an edge: 26 m at full density
 constexpr int kDirections = 48;
-constexpr double kFar = 200.0;         // m: beyond it counts as open
-constexpr double kLampRange = 25.0;    // m: farther lamps give no light worth a ray
+constexpr double kFar = 200.0;       // m: beyond it counts as open
+constexpr double kLampRange = 25.0;  // m: farther lamps give no light worth a ray
+// m: the bright spot behind a lamp is met by one direction or none; taken at its full brightness it
+// would speckle the walls.
+constexpr double kBounceDistance = 1.0;
 constexpr double kOffTheWall = 0.003;  // m, so that rays do not meet their own surface
 
 std::uint64_t Pack(IrradianceCache::Irradiance value) {
@@ -69,6 +72,7 @@ IrradianceCache::IrradianceCache(const World& world, std::vector<float> albedos)
   }
   values_ = std::make_unique<std::atomic<std::uint64_t>[]>(nodes);
   FindJoinedEdges();
+  FindCornerPulls();
 }
 
 void IrradianceCache::FindJoinedEdges() {
@@ -104,6 +108,40 @@ void IrradianceCache::FindJoinedEdges() {
   }
 }
 
+void IrradianceCache::FindCornerPulls() {
+  const TriangleMesh& mesh = world_->mesh();
+  // A corner by its position, and the plane that it belongs to by the normal of either side.
+  using Key = std::array<float, 6>;
+  struct Sum {
+    Eigen::Vector3f value = Eigen::Vector3f::Zero();
+  };
+  std::map<Key, Sum> pulls;
+  const auto visit = [&](const auto& action) {
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const auto& t = mesh.triangles[i];
+      const std::array<Eigen::Vector3f, 3> p = {mesh.vertices[t[0]], mesh.vertices[t[1]],
+                                                mesh.vertices[t[2]]};
+      Eigen::Vector3f plane =
+          (50.0F * (p[1] - p[0]).cross(p[2] - p[0]).normalized()).array().round();
+      const bool turn = std::array{plane.x(), plane.y(), plane.z()} < std::array{0.0F, 0.0F, 0.0F};
+      plane = (turn ? -plane : plane) + Eigen::Vector3f::Zero();  // no -0
+      const Eigen::Vector3f middle = (p[0] + p[1] + p[2]) / 3.0F;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Key key = {p[k].x(), p[k].y(), p[k].z(), plane.x(), plane.y(), plane.z()};
+        action(pulls[key].value, i, k, (middle - p[k]).normalized());
+      }
+    }
+  };
+  corner_pulls_.resize(mesh.triangles.size());
+  visit([](Eigen::Vector3f& pull, std::size_t, std::size_t, const Eigen::Vector3f& inward) {
+    if (inward.allFinite()) pull += inward;
+  });
+  visit([&](const Eigen::Vector3f& pull, std::size_t i, std::size_t k, const Eigen::Vector3f&) {
+    const float length = pull.norm();
+    corner_pulls_[i][k] = length > 0.1F ? Eigen::Vector3f(pull / length) : Eigen::Vector3f::Zero();
+  });
+}
+
 // Nodes on the rim of a plane are pulled 2 cm inwards, off the corners where surfaces meet; those
 // on an edge within a plane only along it, so that both of its triangles keep them in common.
 Eigen::Vector3d IrradianceCache::NodePoint(std::uint32_t triangle, int i, int j) const {
@@ -116,6 +154,12 @@ Eigen::Vector3d IrradianceCache::NodePoint(std::uint32_t triangle, int i, int j)
   const int n = lattices_[triangle].divisions;
   const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
   const Eigen::Vector3d point = a + u * (b - a) + v * (c - a);
+  const int corner_index = i == n ? 1 : j == n ? 2 : i + j == 0 ? 0 : -1;
+  if (corner_index >= 0) {
+    const auto& pull = corner_pulls_[triangle][static_cast<std::size_t>(corner_index)];
+    const double size = ((a + b + c) / 3.0 - point).norm();
+    return point + std::min(0.02, 0.3 * size) * pull.cast<double>();
+  }
   const unsigned on = (j == 0 ? 1U : 0U) | (i == 0 ? 2U : 0U) | (i + j == n ? 4U : 0U);
   const unsigned joined = on & lattices_[triangle].joined;
   if (on == joined) return point;
@@ -199,23 +243,24 @@ IrradianceCache::Irradiance IrradianceCache::Compute(const Eigen::Vector3d& poin
       const Eigen::Vector3d up = (hit->normal + 0.7 * Eigen::Vector3d::UnitZ()).normalized();
       if (!still.Occluded(bounce, up, kFar)) sky += scattered * 0.7 * light.sky_illuminance;
     }
-    if (!light.lamps.empty()) lamps += scattered * LampsAt(bounce, hit->normal, 2);
+    if (!light.lamps.empty()) lamps += scattered * LampsAt(bounce, hit->normal, 2, kBounceDistance);
   }
   // Directions are weighted by the cosine: each stands for pi / N of irradiance per luminance.
   const double weight = std::numbers::pi / kDirections;
   return {.sky = static_cast<float>(weight * sky),
-          .lamps = static_cast<float>(weight * lamps + LampsAt(point, normal, 8))};
+          .lamps = static_cast<float>(weight * lamps + LampsAt(point, normal, 8, 0.1))};
 }
 
-// Direct light of the `limit` strongest lamps.
+// Direct light of the `limit` strongest lamps, none as if nearer than `nearest` m.
 double IrradianceCache::LampsAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                                std::size_t limit) const {
+                                std::size_t limit, double nearest) const {
   std::vector<std::pair<double, const PointLamp*>> lit;
   for (const PointLamp& lamp : world_->lighting().lamps) {
     const Eigen::Vector3d way = lamp.position - point;
     const double distance = way.norm(), cosine = normal.dot(way) / distance;
     if (cosine <= 0.0 || distance > kLampRange) continue;
-    lit.emplace_back(lamp.intensity * cosine / std::max(0.01, distance * distance), &lamp);
+    lit.emplace_back(lamp.intensity * cosine / std::max(nearest * nearest, distance * distance),
+                     &lamp);
   }
   const auto stronger = [](const auto& a, const auto& b) { return a.first > b.first; };
   std::stable_sort(lit.begin(), lit.end(), stronger);

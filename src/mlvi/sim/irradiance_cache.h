@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -36,15 +37,18 @@ class IrradianceCache {
     unsigned joined = 0;    // edges (bits: ab, ac, bc) that go on in the same plane
   };
   void FindJoinedEdges();
+  void FindCornerPulls();
   Eigen::Vector3d NodePoint(std::uint32_t triangle, int i, int j) const;
   Irradiance NodeValue(std::uint32_t triangle, int i, int j, bool front,
                        const Eigen::Vector3d& normal) const;
   Irradiance Compute(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
-  double LampsAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                 std::size_t limit) const;
+  double LampsAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, std::size_t limit,
+                 double nearest) const;
 
   const World* world_;
   std::vector<float> albedos_;
+  // By triangle and corner: into the middle of the triangles that share the corner in one plane.
+  std::vector<std::array<Eigen::Vector3f, 3>> corner_pulls_;
   std::vector<Lattice> lattices_;                         // by triangle
   std::unique_ptr<std::atomic<std::uint64_t>[]> values_;  // two floats; 0: not yet known
   std::vector<Eigen::Vector3d> directions_;               // cosine-weighted around z

@@ -130,12 +130,11 @@ TEST(Recording, CamerasLeaveTheOtherSensorsAlone) {
     }
     return std::pair(prints, images);
   };
-  const auto all = fingerprints({"cam0", "cam1"}, 1), again = fingerprints({"cam0", "cam1"}, 2),
-             one = fingerprints({"cam1"}, 2), none = fingerprints({}, 2);
+  const auto all = fingerprints({"cam0", "cam1"}, 1), one = fingerprints({"cam1"}, 2),
+             none = fingerprints({}, 2);
   EXPECT_FALSE(all.second.at(0).empty());
-  EXPECT_EQ(all, again);
   EXPECT_EQ(all.first, none.first);
-  EXPECT_EQ(all.second.at(1), one.second.at(1)) << "one camera's noise depends on another";
+  EXPECT_EQ(all.second.at(1), one.second.at(1)) << "an image depends on other cameras or threads";
 }
 
 TEST(Recording, SeedsAndSensorsAreIndependent) {
