@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <opencv2/imgproc.hpp>
 
 #include "mlvi/features/testing.h"
