@@ -5,24 +5,29 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "contact_sheet.h"
 #include "exit_code.h"
+#include "fault_options.h"
 #include "interrupt.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/base/progress.h"
 #include "mlvi/io/bag_writer.h"
+#include "mlvi/io/euroc.h"
 #include "mlvi/io/rig_file.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
+#include "mlvi/sim/scene_import.h"
 
 namespace {
 
@@ -32,20 +37,21 @@ using Json = nlohmann::ordered_json;
 struct SimulateOptions {
   std::string sequence;
   std::string output;
-  std::string rig = "newer_college";
+  std::string rig;  // empty: the sequence's own
+  std::string trajectory, imu, scene;
+  std::vector<double> start;  // x, y, z, heading in deg
+  std::vector<std::string> waypoints;
+  SceneImportOptions scene_import;
   std::string cameras = "all";
   double image_rate = 0.0;
   bool contact_sheet = false;
   int jpeg_quality = 80;
-  std::string trajectory;
   double seconds = 0.0;
   double rest = 2.0;
   std::uint64_t seed = 1;
   bool list = false;
-  bool wrong_extrinsics = false;
-  bool imu_in_g = false;
-  // Pairs of seconds: start and length (time_jump: start and jump).
-  std::vector<double> lidar_gap, imu_gap, empty_sweeps, nan_points, time_jump;
+  bool wrong_extrinsics = false, exact_extrinsics = false;
+  FaultArguments faults;
   BagCompression compression = BagCompression::kNone;
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
   int threads = 0;
@@ -56,26 +62,90 @@ const std::map<std::string, BagCompression> kCompressions = {
 const std::map<std::string, VelodyneStamp> kVelodyneStamps = {
     {"first", VelodyneStamp::kFirstPacket}, {"last", VelodyneStamp::kLastPacket}};
 
-std::optional<FaultWindow> WindowOf(const std::vector<double>& pair) {
-  if (pair.empty()) return std::nullopt;
-  return FaultWindow{.start = pair[0], .length = pair[1]};
+const std::map<std::string, UpAxis> kUpAxes = {{"y", UpAxis::kY}, {"z", UpAxis::kZ}};
+
+// Poses of the body, and the biases of the IMU where the file knows them (EuRoC).
+struct RecordedMotion {
+  std::vector<Time> stamps;
+  std::vector<Pose3> poses;
+  std::vector<std::pair<Time, ImuBias>> biases;
+};
+
+Expected<RecordedMotion> ReadEurocMotion(const std::string& path) {
+  const auto states = ReadEurocGroundTruth(path);
+  if (!states) return tl::unexpected(states.error());
+  RecordedMotion motion;
+  for (const NavState& state : *states) {
+    motion.stamps.push_back(state.stamp);
+    motion.poses.push_back(state.T_world_body);
+    motion.biases.emplace_back(state.stamp, state.bias);
+  }
+  return motion;
 }
 
-Expected<PoseSpline> LoadTrajectory(const std::string& path) {
+Expected<RecordedMotion> ReadTumMotion(const std::string& path) {
   const Expected<Trajectory> poses = ReadTum(path);
   if (!poses) return tl::unexpected(poses.error());
-  std::vector<Time> stamps;
-  std::vector<Pose3> values;
+  RecordedMotion motion;
   for (const StampedPose& pose : *poses) {
     if (!pose.has_rotation) {
       return MakeError(ErrorKind::kInput,
                        "{}: the pose at {} s has no rotation; motion with rotations is needed",
                        path, ToString(pose.stamp));
     }
-    stamps.push_back(pose.stamp);
-    values.push_back(pose.pose);
+    motion.stamps.push_back(pose.stamp);
+    motion.poses.push_back(pose.pose);
   }
-  return FitPoseSpline(stamps, values);
+  return motion;
+}
+
+// Recorded motion and IMU samples, from TUM and EuRoC files.
+Expected<void> LoadMotion(const SimulateOptions& options, SequenceOptions& sequence) {
+  const auto motion = options.trajectory.ends_with(".csv") ? ReadEurocMotion(options.trajectory)
+                                                           : ReadTumMotion(options.trajectory);
+  if (!motion) return tl::unexpected(motion.error());
+  auto spline = FitPoseSpline(motion->stamps, motion->poses);
+  if (!spline) return tl::unexpected(spline.error());
+  sequence.trajectory = std::move(*spline);
+  if (!options.start.empty()) {
+    sequence.trajectory_start =
+        PathPoint{.position = {options.start[0], options.start[1], options.start[2]},
+                  .heading = options.start[3] * std::numbers::pi / 180.0};
+  }
+  if (options.imu.empty()) return {};
+  auto samples = ReadEurocImu(options.imu);
+  if (!samples) return tl::unexpected(samples.error());
+  sequence.recorded_imu = {.samples = std::move(*samples), .biases = motion->biases};
+  return {};
+}
+
+Expected<void> LoadScene(const SimulateOptions& options, SequenceOptions& sequence) {
+  auto mesh = ImportScene(options.scene, options.scene_import);
+  if (!mesh) return tl::unexpected(mesh.error());
+  auto world = std::make_shared<OwnWorld>(
+      OwnWorld{.mesh = std::move(*mesh), .lighting = {.ambient_illuminance = 200.0}});
+  for (const std::string& text : options.waypoints) {
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    if (std::sscanf(text.c_str(), "%lf,%lf,%lf", &p.x(), &p.y(), &p.z()) != 3) {
+      return MakeError(ErrorKind::kConfiguration, "--waypoint {}: expected X,Y,Z in metres", text);
+    }
+    world->waypoints.push_back(p);
+  }
+  sequence.own_world = std::move(world);
+  return {};
+}
+
+// The rig of the sequence unless another one is named; its true mounts as ordered.
+Expected<SimulatedRig> ResolveRig(const SimulateOptions& options, const SequenceFaults& faults) {
+  const SequenceInfo* info = FindSequence(options.sequence);
+  const std::string name =
+      !options.rig.empty() ? options.rig : (info != nullptr ? info->rig : "newer_college");
+  const Expected<Rig> rig = LoadRig(name);
+  if (!rig) return tl::unexpected(rig.error());
+  if (faults.extrinsics) return MakeSimulatedRig(*rig, *faults.extrinsics, options.seed);
+  if (options.wrong_extrinsics || options.exact_extrinsics)
+    return MakeSimulatedRig(*rig, options.wrong_extrinsics, options.seed);
+  return StandardSequence(options.sequence, *rig, options.seconds, options.seed).rig;
 }
 
 // "all", "none" or names parted by commas.
@@ -92,27 +162,26 @@ std::vector<std::string> CameraNames(const std::string& text, const Rig& rig) {
 }
 
 Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
-  const Expected<Rig> rig = LoadRig(options.rig);
+  auto faults = FaultsOf(options.faults);
+  if (!faults) return tl::unexpected(faults.error());
+  auto rig = ResolveRig(options, *faults);
   if (!rig) return tl::unexpected(rig.error());
   SequenceOptions sequence =
-      StandardSequence(options.sequence, *rig, options.seconds, options.seed);
-  sequence.rig = MakeSimulatedRig(*rig, options.wrong_extrinsics, options.seed);
+      StandardSequence(options.sequence, rig->estimator_rig, options.seconds, options.seed);
+  sequence.rig = std::move(*rig);
   sequence.rest = options.rest;
-  sequence.cameras = CameraNames(options.cameras, *rig);
+  sequence.cameras = CameraNames(options.cameras, sequence.rig.true_rig);
   sequence.image_rate = options.image_rate;
-  SequenceFaults& faults = sequence.faults;
-  faults.lidar_gap = WindowOf(options.lidar_gap);
-  faults.imu_gap = WindowOf(options.imu_gap);
-  faults.empty_sweeps = WindowOf(options.empty_sweeps);
-  faults.nan_points = WindowOf(options.nan_points);
-  faults.imu_in_g = options.imu_in_g;
-  if (!options.time_jump.empty()) {
-    faults.time_jump = TimeJump{options.time_jump[0], options.time_jump[1]};
-  }
+  sequence.faults = std::move(*faults);
   if (!options.trajectory.empty()) {
-    Expected<PoseSpline> motion = LoadTrajectory(options.trajectory);
-    if (!motion) return tl::unexpected(motion.error());
-    sequence.trajectory = std::move(*motion);
+    if (const auto ok = LoadMotion(options, sequence); !ok) return tl::unexpected(ok.error());
+  }
+  if (!options.scene.empty()) {
+    if (const auto ok = LoadScene(options, sequence); !ok) return tl::unexpected(ok.error());
+  }
+  if (!options.imu.empty() && options.trajectory.empty()) {
+    return MakeError(ErrorKind::kConfiguration,
+                     "--imu without --trajectory: samples belong to a motion");
   }
   if (const auto ok = CheckOptions(sequence); !ok) return tl::unexpected(ok.error());
   return sequence;
@@ -127,9 +196,11 @@ Expected<void> CheckFree(const Recording& recording, const SimulateOptions& opti
   return MakeError(
       ErrorKind::kConfiguration,
       "the motion of {} comes within {:.2f} m of a surface of the world of '{}' ({:.1f} m "
-      "are needed): it does not fit there; try another sequence",
-      options.trajectory.empty() ? "the sequence" : options.trajectory, clearance, options.sequence,
-      kNeeded);
+      "are needed): it does not fit there; try {}",
+      options.trajectory.empty() ? "the sequence" : options.trajectory, clearance,
+      options.scene.empty() ? options.sequence : options.scene, kNeeded,
+      options.scene.empty() ? "another sequence or --start"
+                            : "other waypoints, --scene-scale or --scene-up");
 }
 
 Json ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -142,24 +213,6 @@ Json ToJson(const Pose3& pose) {
 Json ToJson(const ImuBias& bias) {
   return {{"accelerometer_m_s2", ToJson(bias.accelerometer)},
           {"gyroscope_rad_s", ToJson(bias.gyroscope)}};
-}
-
-Json ToJson(const std::optional<FaultWindow>& window) {
-  if (!window) return nullptr;
-  return {{"start_s", window->start}, {"length_s", window->length}};
-}
-
-Json ToJson(const SequenceFaults& faults) {
-  Json json = {{"lidar_gap", ToJson(faults.lidar_gap)},
-               {"imu_gap", ToJson(faults.imu_gap)},
-               {"empty_sweeps", ToJson(faults.empty_sweeps)},
-               {"nan_points", ToJson(faults.nan_points)},
-               {"time_jump", nullptr},
-               {"imu_in_g", faults.imu_in_g}};
-  if (faults.time_jump) {
-    json["time_jump"] = {{"start_s", faults.time_jump->start}, {"back_s", faults.time_jump->back}};
-  }
-  return json;
 }
 
 Json NoiseJson(const Recording& recording) {
@@ -220,8 +273,9 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"rest_s", sequence.rest},
           {"begin", ToString(sequence.begin)},
           {"trajectory", options.trajectory},
+          {"recorded_imu", options.imu},
+          {"scene", options.scene},
           {"rig", recording.rig().name},
-          {"wrong_extrinsics", options.wrong_extrinsics},
           {"true_T_body_lidar", ToJson(sequence.rig.true_rig.lidar->T_body_lidar)},
           {"estimator_T_body_lidar", ToJson(recording.rig().lidar->T_body_lidar)},
           {"gravity_m_s2", sequence.rig.true_rig.gravity},
@@ -255,18 +309,19 @@ Expected<void> WriteJson(const Json& json, const std::string& path) {
 
 Expected<void> WriteBag(Recording& recording, const std::string& path,
                         const SimulateOptions& options, const InterruptGuard& guard) {
-  auto writer = BagWriter::Create(
-      path, recording.options().rig.estimator_rig,
-      {.compression = options.compression,
-       .velodyne_stamp = options.velodyne_stamp,
-       .jpeg_quality = options.jpeg_quality});
+  auto writer = BagWriter::Create(path, recording.options().rig.estimator_rig,
+                                  {.compression = options.compression,
+                                   .velodyne_stamp = options.velodyne_stamp,
+                                   .jpeg_quality = options.jpeg_quality});
   if (!writer) return tl::unexpected(writer.error());
   ProgressBar progress("simulate " + options.sequence, stderr);
   while (!guard.interrupted()) {
     const auto next = recording.Next();
     if (!next) return tl::unexpected(next.error());
     if (!*next) break;
-    if (const auto written = (*writer)->Write(**next); !written) return written;
+    const auto written =
+        recording.IsCorrupted(**next) ? (*writer)->WriteCutOff(**next) : (*writer)->Write(**next);
+    if (!written) return written;
     progress.Update(recording.Progress());
   }
   progress.Finish();
@@ -284,7 +339,8 @@ Expected<void> WriteContactSheets(const Recording& recording, const std::filesys
 
 void PrintCatalogue() {
   for (const SequenceInfo& info : SequenceCatalogue()) {
-    fmt::print("{:<16} {:>4.0f} s  {}\n", info.name, info.seconds, info.description);
+    fmt::print("{:<27} {:>4.0f} s  {:<13}  {}\n", info.name, info.seconds, info.rig,
+               info.description);
   }
 }
 
@@ -329,23 +385,47 @@ Expected<int> Simulate(const SimulateOptions& options) {
   return guard.interrupted() ? kExitInterrupted : kExitDone;
 }
 
-void AddFaultOptions(CLI::App& command, SimulateOptions& options) {
-  const auto pair = [&](const char* name, std::vector<double>& value, const char* description) {
-    command.add_option(name, value, description)->expected(2)->delimiter(',')->group("Faults");
-  };
-  pair("--lidar-gap", options.lidar_gap, "START,LENGTH: seconds without sweeps");
-  pair("--imu-gap", options.imu_gap, "START,LENGTH: seconds without IMU samples");
-  pair("--empty-sweeps", options.empty_sweeps, "START,LENGTH: seconds of sweeps without returns");
-  pair("--nan-points", options.nan_points,
-       "START,LENGTH: seconds in which a tenth of the points is NaN");
-  pair("--time-jump", options.time_jump,
-       "START,BACK: from START on all stamps are BACK seconds too early");
-  command.add_flag("--imu-in-g", options.imu_in_g, "Accelerations in g instead of m/s^2")
-      ->group("Faults");
+void AddWorldOptions(CLI::App& command, SimulateOptions& options) {
+  command
+      .add_option("--trajectory", options.trajectory,
+                  "Recorded motion of the body (TUM, or EuRoC ground truth .csv) instead of the "
+                  "sequence's walk; moved to its start")
+      ->check(CLI::ExistingFile);
+  command
+      .add_option("--start", options.start,
+                  "X,Y,Z,HEADING: where the recorded motion starts instead (m, deg)")
+      ->expected(4)
+      ->delimiter(',');
+  command
+      .add_option("--imu", options.imu,
+                  "Recorded IMU samples (EuRoC .csv) of that motion instead of simulated ones")
+      ->check(CLI::ExistingFile);
+  command
+      .add_option("--scene", options.scene,
+                  "A textured mesh (glTF, OBJ, COLLADA, ...) instead of the sequence's place")
+      ->check(CLI::ExistingFile);
+  command.add_option("--scene-scale", options.scene_import.scale, "Metres per unit of the scene")
+      ->capture_default_str();
+  command.add_option("--scene-up", options.scene_import.up, "Axis that is up in the scene: y, z")
+      ->transform(CLI::CheckedTransformer(kUpAxes));
+  command
+      .add_option(
+          "--waypoint", options.waypoints,
+          "X,Y,Z: a corner of the body's closed walk through the scene (m, z up); repeat it")
+      ->expected(1)
+      ->take_all();
+}
+
+void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
   command
       .add_flag("--wrong-extrinsics", options.wrong_extrinsics,
                 "The rig file's LiDAR mount is off by 0.4 deg and 8 mm (hilti_2022: truth is the "
                 "2023 calibration)")
+      ->group("Faults");
+  command
+      .add_flag("--exact-extrinsics", options.exact_extrinsics,
+                "The rig file's mounts are the true ones, however well the sequence's rig was "
+                "calibrated")
       ->group("Faults");
 }
 
@@ -359,8 +439,8 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", options->output,
                       "Folder for bag, ground truth, rig and description");
   command->add_flag("--list", options->list, "List the sequences");
-  command->add_option("--rig", options->rig, "Rig file, or the name of a built-in rig")
-      ->capture_default_str();
+  command->add_option("--rig", options->rig,
+                      "Rig file, or the name of a built-in rig (default: the sequence's own)");
   command
       ->add_option("--cameras", options->cameras,
                    "Cameras that take images: all, none, or names parted by commas")
@@ -380,11 +460,7 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--rest", options->rest, "Seconds at rest at the beginning; 0 starts in motion")
       ->capture_default_str();
-  command
-      ->add_option(
-          "--trajectory", options->trajectory,
-          "Recorded motion of the body (TUM) instead of the sequence's walk; moved to its start")
-      ->check(CLI::ExistingFile);
+  AddWorldOptions(*command, *options);
   command
       ->add_option("--compression", options->compression, "Compression of the bag: none, bz2, lz4")
       ->transform(CLI::CheckedTransformer(kCompressions));
@@ -396,6 +472,7 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
       ->add_option("--threads", options->threads,
                    "Number of threads (0: all cores); results do not depend on it")
       ->check(CLI::NonNegativeNumber);
-  AddFaultOptions(*command, *options);
+  AddFaultOptions(*command, options->faults);
+  AddExtrinsicsOptions(*command, *options);
   command->callback([options, &exit_code] { exit_code = Report(Simulate(*options)); });
 }

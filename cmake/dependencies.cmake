@@ -35,6 +35,8 @@ find_package(embree 4 QUIET)
 if(NOT embree_FOUND)
   find_package(embree 3 REQUIRED)
 endif()
+# Own worlds of the simulator: meshes with their pictures in any common format.
+find_package(assimp REQUIRED)
 # Fill-reducing constrained ordering of the incremental smoother (CCOLAMD); SuiteSparse of Debian has no
 # CMake package of its own.
 find_path(CCOLAMD_INCLUDE_DIR ccolamd.h PATH_SUFFIXES suitesparse REQUIRED)

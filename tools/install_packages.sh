@@ -17,7 +17,7 @@ packages=(
   librosbag-storage-dev libroslz4-dev pluginlib-dev libbz2-dev liblz4-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-video-dev
   # simulator
-  libembree-dev
+  libembree-dev libassimp-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
   python3-rosbag # reads simulated bags as ROS does

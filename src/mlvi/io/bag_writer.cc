@@ -24,22 +24,42 @@ Expected<std::unique_ptr<BagWriter>> BagWriter::Create(const std::string& path, 
   return std::unique_ptr<BagWriter>(new BagWriter(std::move(*bag), rig, options));
 }
 
-Expected<void> BagWriter::Write(const Measurement& measurement) {
-  // The recorder's own clock goes on when a sensor's stamps jump back.
-  const Time receipt = std::max(AvailableAt(measurement), last_receipt_ + Duration::FromNanoseconds(1));
-  last_receipt_ = receipt;
-  if (const auto* imu = std::get_if<ImuSample>(&measurement)) {
-    return bag_->Write(rig_.imu.topic, receipt, ImuMessage(*imu));
-  }
-  if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) {
+const std::string& BagWriter::TopicOf(const Measurement& measurement) const {
+  if (std::holds_alternative<ImuSample>(measurement)) return rig_.imu.topic;
+  if (std::holds_alternative<LidarSweep>(measurement)) {
     MLVI_CHECK(rig_.lidar.has_value(), "a sweep to write, but rig '{}' has no lidar", rig_.name);
-    return bag_->Write(rig_.lidar->topic, receipt, SweepMessage(*sweep));
+    return rig_.lidar->topic;
   }
-  const Image& image = std::get<Image>(measurement);
-  const auto camera = static_cast<std::size_t>(image.camera);
+  const auto camera = static_cast<std::size_t>(std::get<Image>(measurement).camera);
   MLVI_CHECK(camera < rig_.cameras.size(), "camera {} of {}", camera, rig_.cameras.size());
-  return CameraMessage(image).and_then(
-      [&](const RosMessage& message) { return bag_->Write(rig_.cameras[camera].topic, receipt, message); });
+  return rig_.cameras[camera].topic;
+}
+
+Expected<RosMessage> BagWriter::MessageOf(const Measurement& measurement) const {
+  if (const auto* imu = std::get_if<ImuSample>(&measurement)) return ImuMessage(*imu);
+  if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) return SweepMessage(*sweep);
+  return CameraMessage(std::get<Image>(measurement));
+}
+
+// The recorder's own clock goes on when a sensor's stamps jump back.
+Time BagWriter::ReceiptOf(const Measurement& measurement) {
+  last_receipt_ = std::max(AvailableAt(measurement), last_receipt_ + Duration::FromNanoseconds(1));
+  return last_receipt_;
+}
+
+Expected<void> BagWriter::Write(const Measurement& measurement) {
+  const std::string& topic = TopicOf(measurement);
+  const auto message = MessageOf(measurement);
+  if (!message) return tl::unexpected(message.error());
+  return bag_->Write(topic, ReceiptOf(measurement), *message);
+}
+
+Expected<void> BagWriter::WriteCutOff(const Measurement& measurement) {
+  const std::string& topic = TopicOf(measurement);
+  auto message = MessageOf(measurement);
+  if (!message) return tl::unexpected(message.error());
+  message->bytes.resize(message->bytes.size() / 2);
+  return bag_->Write(topic, ReceiptOf(measurement), *message);
 }
 
 Expected<RosMessage> BagWriter::CameraMessage(const Image& image) const {

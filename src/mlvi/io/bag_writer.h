@@ -38,12 +38,17 @@ class BagWriter {
   // Messages are to be written in the order of arrival; the receipt time is AvailableAt(measurement),
   // later only where that would fall behind the message before.
   Expected<void> Write(const Measurement& measurement);
+  // The message of that measurement with only the first half of its bytes.
+  Expected<void> WriteCutOff(const Measurement& measurement);
   // Writes the index and ends the file; a bag that was not closed has none.
   Expected<void> Close() { return bag_->Close(); }
 
  private:
   BagWriter(std::unique_ptr<RawBagWriter> bag, const Rig& rig, const BagWriterOptions& options)
       : bag_(std::move(bag)), rig_(rig), options_(options) {}
+  const std::string& TopicOf(const Measurement& measurement) const;
+  Expected<RosMessage> MessageOf(const Measurement& measurement) const;
+  Time ReceiptOf(const Measurement& measurement);
   RosMessage SweepMessage(const LidarSweep& sweep) const;
   Expected<RosMessage> CameraMessage(const Image& image) const;
 

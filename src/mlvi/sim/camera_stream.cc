@@ -44,6 +44,12 @@ Time CameraStream::TimeOf(std::size_t index) const {
   return first_ + Duration::FromSeconds(static_cast<double>(index) / rate_hz_);
 }
 
+void CameraStream::MultiplyGain(Time from, Time to, double factor) {
+  for (std::size_t i = 0; i < exposures_.size(); ++i) {
+    if (TimeOf(i) >= from && TimeOf(i) < to) exposures_[i].gain *= factor;
+  }
+}
+
 Image CameraStream::Take(std::size_t index) const {
   Image image = simulator_.Render(*renderer_, *motion_, TimeOf(index), index, exposures_[index],
                                   meterings_[index].near);

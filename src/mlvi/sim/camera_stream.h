@@ -23,6 +23,8 @@ class CameraStream {
   // True instant of the middle of an exposure.
   Time TimeOf(std::size_t index) const;
   const Exposure& ExposureOf(std::size_t index) const { return exposures_[index]; }
+  // What exposure control has chosen within [from, to) is multiplied.
+  void MultiplyGain(Time from, Time to, double factor);
   // Its stamp is the true instant.
   Image Take(std::size_t index) const;
 

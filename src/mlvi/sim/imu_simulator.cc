@@ -42,12 +42,33 @@ ImuSimulator::ImuSimulator(const ImuPhysics& physics, const PoseSpline& motion, 
   }
 }
 
+ImuSimulator::ImuSimulator(const ImuPhysics& physics, const RecordedImu& recorded, Duration shift,
+                           Time begin, Time end)
+    : physics_(physics), begin_(begin), noise_(0), recorded_biases_(recorded.biases) {
+  for (ImuSample sample : recorded.samples) {
+    sample.stamp = sample.stamp + shift;
+    if (sample.stamp >= begin && sample.stamp <= end) recorded_.push_back(Saturate(sample));
+  }
+  for (auto& [stamp, bias] : recorded_biases_) stamp = stamp + shift;
+  MLVI_CHECK(!recorded_.empty(), "none of {} IMU samples lies within the motion",
+             recorded.samples.size());
+}
+
+ImuSample ImuSimulator::Saturate(ImuSample sample) const {
+  sample.angular_velocity = Saturated(sample.angular_velocity, physics_.gyroscope_saturation);
+  sample.linear_acceleration =
+      Saturated(sample.linear_acceleration, physics_.accelerometer_saturation);
+  return sample;
+}
+
 Time ImuSimulator::StampOf(std::size_t index) const {
+  if (!recorded_.empty()) return recorded_[index].stamp;
   return begin_ + Duration::FromSeconds(static_cast<double>(index) / physics_.rate_hz);
 }
 
 ImuSample ImuSimulator::Sample(std::size_t index) const {
   MLVI_CHECK(index < size(), "IMU sample {} of {}", index, size());
+  if (!recorded_.empty()) return recorded_[index];
   const Time stamp = StampOf(index);
   const MotionSample motion = motion_->At(stamp);
   RandomStream random = noise_.Fork(index);
@@ -61,12 +82,17 @@ ImuSample ImuSimulator::Sample(std::size_t index) const {
   const Eigen::Vector3d accelerometer =
       force + biases_[index].accelerometer +
       NormalVector(random, physics_.noise.accelerometer_density * root_rate);
-  return {.stamp = stamp,
-          .angular_velocity = Saturated(gyroscope, physics_.gyroscope_saturation),
-          .linear_acceleration = Saturated(accelerometer, physics_.accelerometer_saturation)};
+  return Saturate(
+      {.stamp = stamp, .angular_velocity = gyroscope, .linear_acceleration = accelerometer});
 }
 
 ImuBias ImuSimulator::BiasAt(Time time) const {
+  if (!recorded_.empty()) {
+    const auto after = std::find_if(recorded_biases_.begin(), recorded_biases_.end(),
+                                    [&](const auto& known) { return known.first > time; });
+    if (after != recorded_biases_.begin()) return std::prev(after)->second;
+    return recorded_biases_.empty() ? ImuBias{} : recorded_biases_.front().second;
+  }
   const double index = std::floor((time - begin_).seconds() * physics_.rate_hz + 1e-6);
   return biases_[static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(size() - 1)))];
 }

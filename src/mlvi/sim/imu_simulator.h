@@ -22,6 +22,12 @@ struct ImuPhysics {
   double gravity = 9.81;                    // m/s^2
 };
 
+// Samples of a real IMU, and its biases at some instants as far as they are known.
+struct RecordedImu {
+  std::vector<ImuSample> samples;
+  std::vector<std::pair<Time, ImuBias>> biases;
+};
+
 // The IMU of a body in motion: angular velocity and specific force R^T (a - g) from the exact
 // derivatives of the spline, white noise of density / sqrt(dt), biases that walk at random,
 // saturation. It integrates nothing.
@@ -31,18 +37,28 @@ class ImuSimulator {
   ImuSimulator(const ImuPhysics& physics, const PoseSpline& motion, Time begin, Time end,
                const RandomStream& random);
 
-  std::size_t size() const { return biases_.size(); }
+  // Real samples, their stamps and those of the biases moved by `shift`, within [begin, end];
+  // nothing is added but saturation.
+  ImuSimulator(const ImuPhysics& physics, const RecordedImu& recorded, Duration shift, Time begin,
+               Time end);
+
+  std::size_t size() const { return recorded_.empty() ? biases_.size() : recorded_.size(); }
   Time StampOf(std::size_t index) const;
   ImuSample Sample(std::size_t index) const;
-  // The true bias of the last sample at or before `time`, or of the first one.
+  // The true bias of the last sample at or before `time`, or of the first one. Of recorded samples:
+  // the last known one, or zero where none is.
   ImuBias BiasAt(Time time) const;
 
  private:
+  ImuSample Saturate(ImuSample sample) const;
+
   ImuPhysics physics_;
-  const PoseSpline* motion_;  // of the owner, who outlives this
+  const PoseSpline* motion_ = nullptr;  // of the owner, who outlives this
   Time begin_;
   RandomStream noise_;
-  std::vector<ImuBias> biases_;
+  std::vector<ImuBias> biases_;  // one per simulated sample
+  std::vector<ImuSample> recorded_;
+  std::vector<std::pair<Time, ImuBias>> recorded_biases_;
 };
 
 }  // namespace mlvi

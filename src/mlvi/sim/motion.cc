@@ -237,6 +237,7 @@ MotionProfile SurveyMotion() {
 MotionProfile HastySurveyMotion() {
   MotionProfile profile = SurveyMotion();
   profile.look_around = 0.45;
+  profile.burst_sharpness = 12;
   profile.peak_rate = 4.6;
   profile.peak_acceleration = 8.0;
   profile.pause_every = 0.0;

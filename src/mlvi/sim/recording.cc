@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "mlvi/base/parallel.h"
 
@@ -40,9 +39,26 @@ PoseSpline Placed(const PoseSpline& recorded, const PathPoint& start, Time begin
   return PoseSpline(begin, moved.knot_interval(), moved.control_poses());
 }
 
+// The place of the sequence, or the own world. Without waypoints that has a walk of its own about
+// its origin, which nobody takes.
+Place MakePlace(const SequenceOptions& options) {
+  if (!options.own_world) return FindSequence(options.sequence)->make_place(options.seed);
+  const OwnWorld& own = *options.own_world;
+  const std::vector<Eigen::Vector3d> nowhere = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
+  return {.world = World(own.mesh, own.lighting),
+          .path = WalkingPath(own.waypoints.empty() ? nowhere : own.waypoints, own.rounding)};
+}
+
 PoseSpline MakeMotion(const SequenceOptions& options, const WalkingPath& path) {
   const Eigen::Quaterniond carried = CarriedOrientation(options.rig.true_rig);
-  if (options.trajectory) return Placed(*options.trajectory, path.At(0.0), options.begin, carried);
+  if (options.trajectory && options.own_world && !options.trajectory_start) {
+    return PoseSpline(options.begin, options.trajectory->knot_interval(),
+                      options.trajectory->control_poses());
+  }
+  if (options.trajectory) {
+    return Placed(*options.trajectory, options.trajectory_start.value_or(path.At(0.0)),
+                  options.begin, carried);
+  }
   MotionProfile profile = FindSequence(options.sequence)->make_profile();
   profile.rest = options.rest;
   return MakeWalk(path, profile, carried, options.begin, options.seconds, options.seed);
@@ -50,11 +66,22 @@ PoseSpline MakeMotion(const SequenceOptions& options, const WalkingPath& path) {
 
 ImuPhysics PhysicsOf(const SequenceOptions& options) {
   const Rig& rig = options.rig.true_rig;
-  return {.rate_hz = rig.imu.rate_hz,
-          .noise = options.imu_noise,
-          .accelerometer_saturation = rig.imu.accelerometer_saturation,
-          .gyroscope_saturation = rig.imu.gyroscope_saturation,
-          .gravity = rig.gravity};
+  const auto& faulty = options.faults.imu_saturation;
+  return {
+      .rate_hz = rig.imu.rate_hz,
+      .noise = options.imu_noise,
+      .accelerometer_saturation = faulty ? faulty->acceleration : rig.imu.accelerometer_saturation,
+      .gyroscope_saturation = faulty ? faulty->rate : rig.imu.gyroscope_saturation,
+      .gravity = rig.gravity};
+}
+
+ImuSimulator MakeImu(const SequenceOptions& options, const PoseSpline& motion, Time end) {
+  if (options.recorded_imu.samples.empty()) {
+    return ImuSimulator(PhysicsOf(options), motion, options.begin, end,
+                        RandomStream(options.seed, "imu"));
+  }
+  return ImuSimulator(PhysicsOf(options), options.recorded_imu,
+                      options.begin - options.trajectory->begin(), options.begin, end);
 }
 
 LidarSimulator MakeLidar(const SequenceOptions& options) {
@@ -68,12 +95,15 @@ LidarSimulator MakeLidar(const SequenceOptions& options) {
 Recording::Recording(SequenceOptions options, RecordingForm form)
     : options_(Checked(std::move(options))),
       form_(form),
-      place_(FindSequence(options_.sequence)->make_place(options_.seed)),
+      place_(MakePlace(options_)),
       end_(options_.begin + Duration::FromSeconds(options_.seconds)),
       motion_(MakeMotion(options_, place_.path)),
       lidar_(MakeLidar(options_)),
-      imu_(PhysicsOf(options_), motion_, options_.begin, end_, RandomStream(options_.seed, "imu")) {
+      imu_(MakeImu(options_, motion_, end_)) {
   place_.world.StartClock(options_.begin);
+  if (const auto off = options_.faults.lights_off) {
+    place_.world.SetLampLevel([off](double seconds) { return off->Contains(seconds) ? 0.0 : 1.0; });
+  }
   while (SweepStamp(sweeps_) + lidar_.pattern().span() <= end_) ++sweeps_;
   if (!options_.cameras.empty()) MakeCameras();
 }
@@ -88,7 +118,11 @@ void Recording::MakeCameras() {
     cameras_.emplace_back(spec, static_cast<int>(i), rate, options_.camera_physics,
                           RandomStream(options_.seed, "camera " + spec.name), *renderer_, motion_,
                           options_.begin, end_);
+    if (const auto& jump = options_.faults.exposure_jump)
+      cameras_.back().MultiplyGain(TimeOf(jump->window.start),
+                                   TimeOf(jump->window.start + jump->window.length), jump->factor);
   }
+  frozen_images_.resize(cameras_.size());
   next_images_.resize(cameras_.size());
   image_counts_.resize(cameras_.size());
 }
@@ -97,10 +131,12 @@ Time Recording::SweepStamp(std::size_t index) const {
   return options_.begin + kSweepPeriod * static_cast<std::int64_t>(index);
 }
 
-Time Recording::Stamped(Time time, Duration sensor_offset) const {
+Time Recording::Stamped(Time time, const std::string& sensor, Duration sensor_offset) const {
   const auto& jump = options_.faults.time_jump;
-  if (jump && SecondsOf(time) >= jump->start) time = time - Duration::FromSeconds(jump->back);
-  return form_ == RecordingForm::kMessages ? time - sensor_offset : time;
+  const double seconds = SecondsOf(time);
+  Time stamp = time + ClockFault(options_.faults, sensor, seconds);
+  if (jump && seconds >= jump->start) stamp = stamp - Duration::FromSeconds(jump->back);
+  return form_ == RecordingForm::kMessages ? stamp - sensor_offset : stamp;
 }
 
 Expected<std::optional<Measurement>> Recording::Next() {
@@ -133,7 +169,7 @@ std::optional<Measurement> Recording::NextImu() {
   const SequenceFaults& faults = options_.faults;
   if (faults.imu_gap && faults.imu_gap->Contains(SecondsOf(time))) return std::nullopt;
   ImuSample sample = imu_.Sample(index);
-  sample.stamp = Stamped(time, options_.rig.true_rig.imu.time_offset);
+  sample.stamp = Stamped(time, "imu", options_.rig.true_rig.imu.time_offset);
   if (form_ == RecordingForm::kMessages && faults.imu_in_g)
     sample.linear_acceleration /= kStandardGravity;
   ++imu_counts_.messages;
@@ -146,9 +182,16 @@ std::optional<Measurement> Recording::NextSweep() {
   const Time time = SweepStamp(index);
   const SequenceFaults& faults = options_.faults;
   if (faults.lidar_gap && faults.lidar_gap->Contains(SecondsOf(time))) return std::nullopt;
+  const bool corrupted =
+      faults.corrupted_sweeps && faults.corrupted_sweeps->Contains(SecondsOf(time));
+  if (corrupted && form_ == RecordingForm::kMeasurements) {  // as a reader would have dropped it
+    ++lidar_counts_.messages;
+    ++lidar_counts_.dropped["message cut off"];
+    return std::nullopt;
+  }
   const LidarSpec& spec = *options_.rig.estimator_rig.lidar;
   LidarSweep sweep = lidar_.Sweep(place_.world, motion_, time, index);
-  sweep.stamp = Stamped(time, options_.rig.true_rig.lidar->time_offset);
+  sweep.stamp = Stamped(time, "lidar", options_.rig.true_rig.lidar->time_offset);
   SpoilPoints(sweep, index);
   if (form_ == RecordingForm::kMeasurements) KeepReturns(sweep, spec.min_range, spec.max_range);
   ++lidar_counts_.messages;
@@ -158,9 +201,21 @@ std::optional<Measurement> Recording::NextSweep() {
 
 std::optional<Measurement> Recording::NextImage(std::size_t stream) {
   const std::size_t index = next_images_[stream]++;
-  Image image = cameras_[stream].Take(index);
-  const auto camera = static_cast<std::size_t>(image.camera);
-  image.stamp = Stamped(image.stamp, options_.rig.true_rig.cameras[camera].time_offset);
+  const auto camera = static_cast<std::size_t>(cameras_[stream].camera());
+  const CameraSpec& spec = options_.rig.true_rig.cameras[camera];
+  const Time time = cameras_[stream].TimeOf(index);
+  const SequenceFaults& faults = options_.faults;
+  const auto failure = FailureOf(faults, spec.name, SecondsOf(time));
+  if (failure == CameraFailure::kDead) return std::nullopt;
+  if (faults.image_gap && faults.image_gap->Contains(SecondsOf(time))) return std::nullopt;
+  std::optional<Image>& frozen = frozen_images_[stream];
+  if (failure != CameraFailure::kFrozen) frozen.reset();
+  Image image = frozen ? *frozen : cameras_[stream].Take(index);
+  if (failure == CameraFailure::kFrozen && !frozen) frozen = image;
+  for (const LensPatch& patch : faults.lens_patches) {
+    if (patch.camera == spec.name) SmearLens(patch, image.channels, image);
+  }
+  image.stamp = Stamped(time, spec.name, spec.time_offset);
   if (form_ == RecordingForm::kMeasurements) MakeGrey(image);
   ++image_counts_[stream].messages;
   ++image_counts_[stream].delivered;
@@ -174,12 +229,14 @@ void Recording::SpoilPoints(LidarSweep& sweep, std::size_t index) const {
     for (LidarPoint& point : sweep.points) point.position.setZero();
   }
   if (faults.nan_points && faults.nan_points->Contains(seconds)) {
-    RandomStream random = RandomStream(options_.seed, "nan points").Fork(index);
-    for (LidarPoint& point : sweep.points) {
-      if (random.Uniform() < 0.1)
-        point.position.setConstant(std::numeric_limits<float>::quiet_NaN());
-    }
+    SpoilTenth(sweep, RandomStream(options_.seed, "nan points").Fork(index));
   }
+}
+
+bool Recording::IsCorrupted(const Measurement& measurement) const {
+  const auto& window = options_.faults.corrupted_sweeps;
+  if (!window || !std::holds_alternative<LidarSweep>(measurement) || next_sweep_ == 0) return false;
+  return window->Contains(SecondsOf(SweepStamp(next_sweep_ - 1)));
 }
 
 double Recording::Progress() const {

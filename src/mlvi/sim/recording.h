@@ -36,6 +36,9 @@ class Recording : public MeasurementSource {
   std::map<std::string, StreamCounts> Counts() const override;  // by topic
   std::vector<std::string> Notes() const override { return {}; }
 
+  // Whether the message of the measurement handed out last is to be cut off (kMessages).
+  bool IsCorrupted(const Measurement& measurement) const;
+
   // The truth at a true instant in [begin(), end()], in the frame of the world's mesh (z up; not
   // the first body pose).
   NavState GroundTruth(Time time) const;
@@ -58,10 +61,11 @@ class Recording : public MeasurementSource {
   std::optional<Measurement> NextSweep();
   std::optional<Measurement> NextImage(std::size_t stream);
   void MakeCameras();
+  Time TimeOf(double seconds) const { return options_.begin + Duration::FromSeconds(seconds); }
   double SecondsOf(Time time) const { return (time - options_.begin).seconds(); }
   Time SweepStamp(std::size_t index) const;
   // The stamp that a message gets whose measurement belongs to the true instant `time`.
-  Time Stamped(Time time, Duration sensor_offset) const;
+  Time Stamped(Time time, const std::string& sensor, Duration sensor_offset) const;
   void SpoilPoints(LidarSweep& sweep, std::size_t index) const;
 
   SequenceOptions options_;
@@ -76,7 +80,8 @@ class Recording : public MeasurementSource {
   StreamCounts imu_counts_, lidar_counts_;
   std::unique_ptr<SceneRenderer> renderer_;  // null without cameras
   std::vector<CameraStream> cameras_;
-  std::vector<std::size_t> next_images_;  // by stream
+  std::vector<std::optional<Image>> frozen_images_;  // by stream; what a frozen camera repeats
+  std::vector<std::size_t> next_images_;             // by stream
   std::vector<StreamCounts> image_counts_;
 };
 

@@ -114,6 +114,43 @@ TEST(Recording, TakesImagesAtTheRatesAndStampsOfTheRig) {
   }
 }
 
+// cam0 dies, cam1 freezes, its lens is dirty, exposures jump.
+TEST(Recording, CamerasFailAsOrdered) {
+  SequenceOptions options = StandardSequence("courtyard-easy", WithCameras(), 1.0);
+  options.cameras = {"cam0", "cam1"};
+  options.image_rate = 10.0;
+  Recording intact(options);
+  options.faults.cameras = {{"cam0", CameraFailure::kDead, {.start = 0.5, .length = 1.0}},
+                            {"cam1", CameraFailure::kFrozen, {.start = 0.25, .length = 0.3}}};
+  options.faults.lens_patches = {{.camera = "cam1", .radius = 0.2}};
+  options.faults.exposure_jump = ExposureJump{.window = {0.75, 0.1}, .factor = 3.0};
+  Recording faulty(options);
+  const auto images = [](Recording& recording) {
+    std::array<std::vector<Image>, 2> result;
+    while (auto measurement = recording.Next().value()) {
+      if (auto* image = std::get_if<Image>(&*measurement))
+        result[static_cast<std::size_t>(image->camera)].push_back(std::move(*image));
+    }
+    return result;
+  };
+  const auto expected = images(intact), found = images(faulty);
+  const auto mean = [](const Image& image) {
+    double sum = 0.0;
+    for (const std::uint8_t pixel : image.pixels) sum += pixel;
+    return sum / static_cast<double>(image.pixels.size());
+  };
+  EXPECT_EQ(found[0].size(), 5U);
+  EXPECT_EQ(found[0][2].pixels, expected[0][2].pixels);
+  ASSERT_EQ(found[1].size(), expected[1].size());
+  for (const std::size_t i : {4, 5}) {  // 0.3 to 0.5 s: three times the same image
+    EXPECT_EQ(found[1][i].pixels, found[1][3].pixels);
+    EXPECT_EQ(found[1][i].stamp, expected[1][i].stamp);
+  }
+  EXPECT_NE(found[1][6].pixels, found[1][3].pixels);
+  EXPECT_LT(mean(found[1][0]), mean(expected[1][0]));
+  EXPECT_GT(mean(found[1][8]), mean(expected[1][8]));
+}
+
 TEST(Recording, CamerasLeaveTheOtherSensorsAlone) {
   const auto fingerprints = [](const std::vector<std::string>& cameras, int threads) {
     const ThreadLimit limit(threads);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,33 +15,12 @@
 #include "mlvi/geometry/spline.h"
 #include "mlvi/sensors/rig.h"
 #include "mlvi/sim/camera_sensor.h"
+#include "mlvi/sim/faults.h"
+#include "mlvi/sim/imu_simulator.h"
 #include "mlvi/sim/motion.h"
 #include "mlvi/sim/places.h"
 
 namespace mlvi {
-
-// Seconds after the beginning of the recording.
-struct FaultWindow {
-  double start = 0.0;
-  double length = 0.0;
-
-  bool Contains(double seconds) const { return seconds >= start && seconds < start + length; }
-};
-
-struct TimeJump {
-  double start = 0.0;  // s after the beginning, on the true clock
-  double back = 0.0;   // s by which all stamps from then on are too early
-};
-
-struct SequenceFaults {
-  std::optional<FaultWindow> lidar_gap;     // sweeps that start inside are missing
-  std::optional<FaultWindow> imu_gap;       // samples inside are missing
-  std::optional<FaultWindow> empty_sweeps;  // sweeps that start inside have no return
-  std::optional<FaultWindow>
-      nan_points;  // a tenth of the points of sweeps that start inside are NaN
-  std::optional<TimeJump> time_jump;
-  bool imu_in_g = false;  // the driver reports accelerations in multiples of 9.80665 m/s^2
-};
 
 // The rig as it is, and as the estimator is told.
 struct SimulatedRig {
@@ -54,12 +34,24 @@ struct SimulatedRig {
 // by `seed`.
 SimulatedRig MakeSimulatedRig(const Rig& rig, bool wrong_extrinsics, std::uint64_t seed);
 
+// The true mounts of LiDAR and cameras differ from `rig`'s by `error`.
+SimulatedRig MakeSimulatedRig(const Rig& rig, const ExtrinsicsError& error, std::uint64_t seed);
+
 // The IMU's own noise, by rig name (newer_college, m2dgr, hilti_2022; see RIGS 1.5, 2.4, 4.5); for
 // other rigs the noise of the rig file. Rig files hold what suits an estimator, which is larger.
 ImuNoise PhysicalImuNoise(const Rig& rig);
 
 // Image sensors by rig name: colour and longer exposures for m2dgr, else those of the Alphasense.
 CameraPhysics PhysicalCamera(const Rig& rig);
+
+// A world from elsewhere (scene_import.h), and the walk through it: at least 3 waypoints of the
+// body, or none where a recorded trajectory, already in the frame of the mesh, moves it.
+struct OwnWorld {
+  TriangleMesh mesh;
+  Lighting lighting = {};
+  std::vector<Eigen::Vector3d> waypoints = {};
+  double rounding = 0.4;  // m (WalkingPath)
+};
 
 struct SequenceOptions {
   std::string sequence = "courtyard-easy";
@@ -74,6 +66,13 @@ struct SequenceOptions {
   // pose is moved to the start of the walk, by a shift and a turn about the vertical; its stamps to
   // `begin`.
   std::optional<PoseSpline> trajectory = {};
+  // Where the recorded motion starts instead (position of the body and heading).
+  std::optional<PathPoint> trajectory_start = {};
+  // IMU samples recorded with `trajectory`, on its clock, instead of simulated ones: real
+  // vibration, biases and noise. Ground truth is then as good as the trajectory.
+  RecordedImu recorded_imu = {};
+  // A world of one's own instead of the sequence's place.
+  std::shared_ptr<const OwnWorld> own_world = {};
   SequenceFaults faults = {};
   // Names of the rig's cameras that take images; without any, nothing is drawn for them.
   std::vector<std::string> cameras = {};
@@ -81,7 +80,8 @@ struct SequenceOptions {
   CameraPhysics camera_physics = {};
 };
 
-// The usual options for a rig: physical noise, no faults, no images.
+// The usual options for a rig: physical noise, calibrated as well as the sequence's real rig, no
+// faults, no images.
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds = 0.0,
                                  std::uint64_t seed = 1);
 
@@ -93,6 +93,8 @@ struct SequenceInfo {
   MotionProfile (*make_profile)() = nullptr;
   std::string rig = "newer_college";  // the rig that recorded it; any other one will do
   std::string paper = {};             // the sequence of the paper's tables that it stands for
+  // How well the real rig was calibrated: how far true mounts are from the rig file's.
+  ExtrinsicsError calibration = {};
 };
 
 const std::vector<SequenceInfo>& SequenceCatalogue();

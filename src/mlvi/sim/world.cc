@@ -105,6 +105,10 @@ const Lighting& World::lighting() const { return scene_->lighting; }
 const std::vector<MovingObject>& World::movers() const { return scene_->movers; }
 
 void World::StartClock(Time begin) { scene_->begin = begin; }
+void World::SetLampLevel(std::function<double(double seconds)> level) {
+  scene_->lighting.lamp_level = std::move(level);
+}
+
 double World::SecondsOf(Time time) const { return (time - scene_->begin).seconds(); }
 WorldSnapshot World::At(Time time) const { return WorldSnapshot(*this, SecondsOf(time)); }
 WorldSnapshot World::StaticSnapshot() const { return WorldSnapshot(*this); }

@@ -96,6 +96,8 @@ class World {
   // unless set.
   void StartClock(Time begin);
   double SecondsOf(Time time) const;
+  // What the lamps give from now on (Lighting::lamp_level).
+  void SetLampLevel(std::function<double(double seconds)> level);
 
   // The world at an instant. Cheap (poses of the moving objects); refers to this world.
   WorldSnapshot At(Time time) const;

@@ -70,7 +70,7 @@ void AddBuildings(Painter& p, Palette& m) {
       p("roof tiles", 0.35, Pattern::kRoofTiles, {0.33F, 0.15F, 0.1F}, {0.12F, 0.06F, 0.04F});
   // Half mirrors, half windows: most of a pulse goes through or away.
   m.glass = p.Glass("glass", 0.06, 0.75, 0.08);
-  m.dark_glass = p.Glass("dark glass", 0.01, 0.0, 0.1);
+  m.dark_glass = p.Glass("dark glass", 0.002, 0.0, 0.1);
   m.window = p.Glass("window", 0.12, 0.0, 0.25);
   m.door = p("door", 0.4, Pattern::kWood, {0.3F, 0.24F, 0.18F}, {0.17F, 0.13F, 0.1F});
   m.frame = p("frame", 0.3, Pattern::kPlain, {0.25F, 0.24F, 0.23F}, {0.2F, 0.2F, 0.2F});
@@ -128,7 +128,7 @@ Lighting Overcast() {
 }
 
 Lighting Indoors(double lux, const std::vector<Eigen::Vector3d>& lamps) {
-  Lighting lighting{.ambient_illuminance = 0.35 * lux};
+  Lighting lighting{.ambient_illuminance = 0.05 * lux};
   // Together about two thirds of the light on the floor, 2.5 m below.
   for (const Eigen::Vector3d& lamp : lamps)
     lighting.lamps.push_back({.position = lamp, .intensity = 4.0 * lux});

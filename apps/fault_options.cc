@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "fault_options.h"
+
+#include <charconv>
+#include <numbers>
+#include <sstream>
+
+namespace mlvi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+std::optional<FaultWindow> WindowOf(const std::vector<double>& pair) {
+  if (pair.empty()) return std::nullopt;
+  return FaultWindow{.start = pair[0], .length = pair[1]};
+}
+
+// "NAME,NUMBER,NUMBER..."
+struct NamedNumbers {
+  std::string name;
+  std::vector<double> numbers;
+};
+
+Expected<NamedNumbers> Parse(const std::string& option, const std::string& text, std::size_t least,
+                             std::size_t most, const std::string& form) {
+  NamedNumbers result;
+  std::istringstream stream(text);
+  std::getline(stream, result.name, ',');
+  std::string field;
+  bool good = !result.name.empty();
+  while (std::getline(stream, field, ',')) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    good = good && error == std::errc() && end == field.data() + field.size();
+    result.numbers.push_back(value);
+  }
+  if (good && result.numbers.size() >= least && result.numbers.size() <= most) return result;
+  return MakeError(ErrorKind::kConfiguration, "{} {}: expected {}", option, text, form);
+}
+
+Expected<void> AddCameraFaults(const std::string& option, const std::vector<std::string>& texts,
+                               CameraFailure failure, SequenceFaults& faults) {
+  for (const std::string& text : texts) {
+    const auto parsed = Parse(option, text, 2, 2, "CAMERA,START,LENGTH");
+    if (!parsed) return tl::unexpected(parsed.error());
+    faults.cameras.push_back(
+        {parsed->name, failure, {.start = parsed->numbers[0], .length = parsed->numbers[1]}});
+  }
+  return {};
+}
+
+Expected<void> AddNamedFaults(const FaultArguments& arguments, SequenceFaults& faults) {
+  for (const std::string& text : arguments.clocks) {
+    const auto parsed = Parse("--clock", text, 1, 2, "SENSOR,OFFSET[,DRIFT_PPM]");
+    if (!parsed) return tl::unexpected(parsed.error());
+    const double drift = parsed->numbers.size() > 1 ? parsed->numbers[1] : 0.0;
+    faults.clocks[parsed->name] = {.offset = parsed->numbers[0], .drift_ppm = drift};
+  }
+  for (const std::string& text : arguments.lens_patches) {
+    const auto parsed =
+        Parse("--lens-patch", text, 3, 3, "CAMERA,U,V,RADIUS (shares of the image)");
+    if (!parsed) return tl::unexpected(parsed.error());
+    faults.lens_patches.push_back(
+        {parsed->name, parsed->numbers[0], parsed->numbers[1], parsed->numbers[2]});
+  }
+  return AddCameraFaults("--camera-dead", arguments.dead_cameras, CameraFailure::kDead, faults)
+      .and_then([&] {
+        return AddCameraFaults("--camera-frozen", arguments.frozen_cameras, CameraFailure::kFrozen,
+                               faults);
+      });
+}
+
+Json ToJson(const std::optional<FaultWindow>& window) {
+  if (!window) return nullptr;
+  return {{"start_s", window->start}, {"length_s", window->length}};
+}
+
+Json CamerasJson(const SequenceFaults& faults) {
+  Json json = Json::array();
+  for (const CameraFault& fault : faults.cameras) {
+    json.push_back({{"camera", fault.camera},
+                    {"failure", fault.failure == CameraFailure::kDead ? "dead" : "frozen"},
+                    {"start_s", fault.window.start},
+                    {"length_s", fault.window.length}});
+  }
+  return json;
+}
+
+}  // namespace
+
+void AddFaultOptions(CLI::App& command, FaultArguments& a) {
+  const auto numbers = [&](const char* name, std::vector<double>& value, int count,
+                           const char* description) {
+    command.add_option(name, value, description)->expected(count)->delimiter(',')->group("Faults");
+  };
+  const auto texts = [&](const char* name, std::vector<std::string>& value,
+                         const char* description) {
+    command.add_option(name, value, description)->expected(1)->take_all()->group("Faults");
+  };
+  numbers("--lidar-gap", a.lidar_gap, 2, "START,LENGTH: seconds without sweeps");
+  numbers("--imu-gap", a.imu_gap, 2, "START,LENGTH: seconds without IMU samples");
+  numbers("--empty-sweeps", a.empty_sweeps, 2, "START,LENGTH: seconds of sweeps without returns");
+  numbers("--nan-points", a.nan_points, 2,
+          "START,LENGTH: seconds in which a tenth of the points is NaN");
+  numbers("--corrupted-sweeps", a.corrupted_sweeps, 2,
+          "START,LENGTH: seconds in which LiDAR messages are cut off in the middle");
+  numbers("--imu-saturation", a.imu_saturation, 2,
+          "ACCELERATION,RATE: limits of the IMU in m/s^2 and rad/s");
+  numbers("--image-gap", a.image_gap, 2, "START,LENGTH: seconds without images");
+  texts("--camera-dead", a.dead_cameras, "CAMERA,START,LENGTH: seconds without its images");
+  texts("--camera-frozen", a.frozen_cameras,
+        "CAMERA,START,LENGTH: seconds in which it repeats one image");
+  texts("--lens-patch", a.lens_patches,
+        "CAMERA,U,V,RADIUS: dirt on the lens, in shares of the image");
+  numbers("--exposure-jump", a.exposure_jump, 3,
+          "START,LENGTH,FACTOR: seconds in which images are exposed FACTOR times as much");
+  numbers("--lights-off", a.lights_off, 2, "START,LENGTH: seconds without the lamps of the place");
+  numbers("--time-jump", a.time_jump, 2,
+          "START,BACK: from START on all stamps are BACK seconds too early");
+  texts("--clock", a.clocks,
+        "SENSOR,OFFSET[,DRIFT_PPM]: stamps of imu, lidar or a camera are late by OFFSET seconds, "
+        "growing");
+  numbers("--extrinsics-error", a.extrinsics_error, 2,
+          "DEGREES,METRES: how far true mounts of LiDAR and cameras are from the rig file's");
+  command.add_flag("--imu-in-g", a.imu_in_g, "Accelerations in g instead of m/s^2")
+      ->group("Faults");
+}
+
+Expected<SequenceFaults> FaultsOf(const FaultArguments& a) {
+  SequenceFaults faults{.lidar_gap = WindowOf(a.lidar_gap),
+                        .empty_sweeps = WindowOf(a.empty_sweeps),
+                        .nan_points = WindowOf(a.nan_points),
+                        .corrupted_sweeps = WindowOf(a.corrupted_sweeps),
+                        .imu_gap = WindowOf(a.imu_gap),
+                        .imu_in_g = a.imu_in_g,
+                        .image_gap = WindowOf(a.image_gap),
+                        .lights_off = WindowOf(a.lights_off)};
+  if (!a.imu_saturation.empty())
+    faults.imu_saturation = ImuSaturation{a.imu_saturation[0], a.imu_saturation[1]};
+  if (!a.exposure_jump.empty()) {
+    faults.exposure_jump = ExposureJump{.window = {a.exposure_jump[0], a.exposure_jump[1]},
+                                        .factor = a.exposure_jump[2]};
+  }
+  if (!a.time_jump.empty()) faults.time_jump = TimeJump{a.time_jump[0], a.time_jump[1]};
+  if (!a.extrinsics_error.empty())
+    faults.extrinsics = ExtrinsicsError{a.extrinsics_error[0] * kDegree, a.extrinsics_error[1]};
+  if (const auto ok = AddNamedFaults(a, faults); !ok) return tl::unexpected(ok.error());
+  return faults;
+}
+
+Json ToJson(const SequenceFaults& faults) {
+  Json json = {{"lidar_gap", ToJson(faults.lidar_gap)},
+               {"imu_gap", ToJson(faults.imu_gap)},
+               {"empty_sweeps", ToJson(faults.empty_sweeps)},
+               {"nan_points", ToJson(faults.nan_points)},
+               {"corrupted_sweeps", ToJson(faults.corrupted_sweeps)},
+               {"imu_saturation", nullptr},
+               {"image_gap", ToJson(faults.image_gap)},
+               {"cameras", CamerasJson(faults)},
+               {"lens_patches", Json::array()},
+               {"exposure_jump", nullptr},
+               {"lights_off", ToJson(faults.lights_off)},
+               {"time_jump", nullptr},
+               {"clocks", Json::object()},
+               {"extrinsics_error", nullptr},
+               {"imu_in_g", faults.imu_in_g}};
+  if (const auto& limits = faults.imu_saturation) {
+    json["imu_saturation"] = {{"acceleration_m_s2", limits->acceleration},
+                              {"rate_rad_s", limits->rate}};
+  }
+  for (const LensPatch& patch : faults.lens_patches) {
+    json["lens_patches"].push_back(
+        {{"camera", patch.camera}, {"u", patch.u}, {"v", patch.v}, {"radius", patch.radius}});
+  }
+  if (const auto& jump = faults.exposure_jump) {
+    json["exposure_jump"] = {{"start_s", jump->window.start},
+                             {"length_s", jump->window.length},
+                             {"factor", jump->factor}};
+  }
+  if (faults.time_jump) {
+    json["time_jump"] = {{"start_s", faults.time_jump->start}, {"back_s", faults.time_jump->back}};
+  }
+  for (const auto& [sensor, clock] : faults.clocks)
+    json["clocks"][sensor] = {{"offset_s", clock.offset}, {"drift_ppm", clock.drift_ppm}};
+  if (const auto& error = faults.extrinsics) {
+    json["extrinsics_error"] = {{"rotation_deg", error->rotation / kDegree},
+                                {"translation_m", error->translation}};
+  }
+  return json;
+}
+
+}  // namespace mlvi

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What goes wrong in a recording, as data, and what each fault does to measurements. Which
+// measurement they meet is up to Recording. To add one: a field here, its effect, its option and
+// its entry in sequence.json (apps/fault_options.cc).
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlvi/base/random.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/rig.h"
+
+namespace mlvi {
+
+// Seconds after the beginning of the recording.
+struct FaultWindow {
+  double start = 0.0;
+  double length = 0.0;
+
+  bool Contains(double seconds) const { return seconds >= start && seconds < start + length; }
+};
+
+struct TimeJump {
+  double start = 0.0;  // s after the beginning, on the true clock
+  double back = 0.0;   // s by which all stamps from then on are too early
+};
+
+// A sensor's clock that nobody has calibrated: its stamps are late by offset + drift * t.
+struct ClockError {
+  double offset = 0.0;     // s
+  double drift_ppm = 0.0;  // microseconds per second
+};
+
+// Limits of an IMU that is too small for the motion; per axis.
+struct ImuSaturation {
+  double acceleration = 0.0;  // m/s^2
+  double rate = 0.0;          // rad/s
+};
+
+// How far the true mounts of LiDAR and cameras are from what the rig file says, in directions drawn
+// by the seed.
+struct ExtrinsicsError {
+  double rotation = 0.0;     // rad
+  double translation = 0.0;  // m
+};
+
+enum class CameraFailure : int {
+  kDead = 0,    // no images
+  kFrozen = 1,  // the same image again and again, with new stamps
+};
+
+struct CameraFault {
+  std::string camera;  // name in the rig
+  CameraFailure failure = CameraFailure::kDead;
+  FaultWindow window;
+};
+
+// A smear on a lens: a round patch, blurred and darkened, fading at its rim.
+struct LensPatch {
+  std::string camera;
+  double u = 0.5, v = 0.5;  // centre, shares of the image's width and height
+  double radius = 0.1;      // share of its width
+};
+
+struct ExposureJump {
+  FaultWindow window;
+  double factor = 4.0;  // of the gain that exposure control chose
+};
+
+struct SequenceFaults {
+  // LiDAR
+  std::optional<FaultWindow> lidar_gap;     // sweeps that start inside are missing
+  std::optional<FaultWindow> empty_sweeps;  // sweeps that start inside have no return
+  // A tenth of the points of sweeps that start inside is NaN.
+  std::optional<FaultWindow> nan_points;
+  // Messages of sweeps that start inside are cut off in the middle.
+  std::optional<FaultWindow> corrupted_sweeps;
+  // IMU
+  std::optional<FaultWindow> imu_gap;  // samples inside are missing
+  std::optional<ImuSaturation> imu_saturation;
+  bool imu_in_g = false;  // the driver reports accelerations in multiples of 9.80665 m/s^2
+  // Cameras
+  std::optional<FaultWindow> image_gap;  // images of all cameras inside are missing
+  std::vector<CameraFault> cameras;
+  std::vector<LensPatch> lens_patches;
+  std::optional<ExposureJump> exposure_jump;
+  std::optional<FaultWindow> lights_off;  // all lamps of the place
+  // Clocks and calibration
+  std::optional<TimeJump> time_jump;
+  std::map<std::string, ClockError> clocks;  // by "imu", "lidar" or the camera's name
+  std::optional<ExtrinsicsError> extrinsics;
+};
+
+// A tenth of the points, drawn by `random`, becomes NaN.
+void SpoilTenth(LidarSweep& sweep, RandomStream random);
+
+// What the clock fault of `sensor` adds to a stamp `seconds` after the beginning.
+Duration ClockFault(const SequenceFaults& faults, const std::string& sensor, double seconds);
+
+// The failure of `camera` at that time, if any.
+std::optional<CameraFailure> FailureOf(const SequenceFaults& faults, const std::string& camera,
+                                       double seconds);
+
+// Blurs and darkens what lies behind the patch; grey or colour (`channels` per pixel).
+void SmearLens(const LensPatch& patch, int channels, Image& image);
+
+// Turns and shifts the mounts of LiDAR and cameras (T_body_sensor) by that much, in directions
+// drawn by `random`.
+void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& rig);
+
+// What is wrong with the faults for that rig: an unknown camera or sensor, a negative length.
+Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig);
+
+}  // namespace mlvi

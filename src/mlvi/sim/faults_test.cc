@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/faults.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "mlvi/sim/recording.h"
+#include "mlvi/sim/test_rigs.h"
+
+namespace mlvi {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Heard {
+  std::vector<ImuSample> imu;
+  std::vector<Time> sweeps;
+  int corrupted = 0;
+};
+
+Heard Listen(Recording& recording) {
+  Heard heard;
+  while (auto measurement = recording.Next().value()) {
+    heard.corrupted += recording.IsCorrupted(*measurement);
+    if (const auto* imu = std::get_if<ImuSample>(&*measurement)) heard.imu.push_back(*imu);
+    if (const auto* sweep = std::get_if<LidarSweep>(&*measurement))
+      heard.sweeps.push_back(sweep->stamp);
+  }
+  return heard;
+}
+
+TEST(Faults, ClocksAreLateAndDrift) {
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr(), 2.0);
+  options.faults.clocks["imu"] = {.offset = 0.004, .drift_ppm = 1000.0};
+  options.faults.clocks["lidar"] = {.offset = -0.01};
+  Recording recording(options, RecordingForm::kMessages);
+  const Heard heard = Listen(recording);
+  for (std::size_t i = 0; i < heard.imu.size(); ++i) {
+    const double t = static_cast<double>(i) / 150.0;
+    EXPECT_NEAR((heard.imu[i].stamp - recording.begin()).seconds(), t + 0.004 + 1e-3 * t, 1e-8);
+  }
+  for (std::size_t i = 0; i < heard.sweeps.size(); ++i)
+    EXPECT_NEAR((heard.sweeps[i] - recording.begin()).seconds(), 0.1 * i - 0.01, 1e-8);
+}
+
+TEST(Faults, SmallImusSaturate) {
+  SequenceOptions options = StandardSequence("courtyard-hard", test::NewerCollege(), 15.0);
+  options.faults.imu_saturation = ImuSaturation{.acceleration = 10.0, .rate = 1.0};
+  const Recording recording(options);
+  std::size_t clipped = 0;
+  for (std::size_t i = 0; i < recording.imu().size(); ++i) {
+    const ImuSample sample = recording.imu().Sample(i);
+    ASSERT_LE(sample.linear_acceleration.cwiseAbs().maxCoeff(), 10.0);
+    ASSERT_LE(sample.angular_velocity.cwiseAbs().maxCoeff(), 1.0);
+    clipped += sample.angular_velocity.cwiseAbs().maxCoeff() == 1.0;
+  }
+  EXPECT_GT(clipped, recording.imu().size() / 100);  // the motion goes up to 3.5 rad/s
+}
+
+TEST(Faults, CorruptedMessagesAreWrittenButNotDelivered) {
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr(), 1.0);
+  options.faults.corrupted_sweeps = FaultWindow{.start = 0.25, .length = 0.3};
+  Recording messages(options, RecordingForm::kMessages), measurements(options);
+  const Heard written = Listen(messages), delivered = Listen(measurements);
+  EXPECT_EQ(written.sweeps.size(), 10U);
+  EXPECT_EQ(written.corrupted, 3);
+  EXPECT_EQ(delivered.sweeps.size(), 7U);
+  EXPECT_EQ(measurements.Counts().at("/points").dropped.at("message cut off"), 3);
+}
+
+TEST(Faults, ExtrinsicsAreOffByWhatWasOrdered) {
+  Rig rig = test::Hilti();
+  rig.cameras.resize(2);
+  const ExtrinsicsError error{.rotation = 0.02, .translation = 0.03};
+  const SimulatedRig simulated = MakeSimulatedRig(rig, error, 5);
+  const auto expect_off = [&](const Pose3& truth, const Pose3& told) {
+    EXPECT_NEAR(truth.rotation().angularDistance(told.rotation()), 0.02, 1e-9);
+    EXPECT_NEAR((truth.translation() - told.translation()).norm(), 0.03, 1e-12);
+  };
+  expect_off(simulated.true_rig.lidar->T_body_lidar, simulated.estimator_rig.lidar->T_body_lidar);
+  for (std::size_t i = 0; i < 2; ++i) {
+    expect_off(simulated.true_rig.cameras[i].T_body_camera,
+               simulated.estimator_rig.cameras[i].T_body_camera);
+  }
+}
+
+TEST(Faults, LensPatchesDarkenWhatLiesBehindThemOnly) {
+  Image image{.width = 100, .height = 80, .pixels = std::vector<std::uint8_t>(8000, 200)};
+  SmearLens({.camera = "cam0", .u = 0.5, .v = 0.5, .radius = 0.1}, 1, image);
+  EXPECT_EQ(image.pixels[40 * 100 + 50], 100);  // half, in the middle
+  EXPECT_EQ(image.pixels[40 * 100 + 61], 200);
+  EXPECT_EQ(image.pixels[0], 200);
+}
+
+TEST(Faults, UnknownSensorsAreNamed) {
+  Rig rig = test::Hilti();
+  rig.cameras.resize(1);
+  rig.cameras[0].name = "cam0";
+  SequenceOptions options = StandardSequence("courtyard-easy", rig);
+  options.faults.cameras.push_back({.camera = "cam7", .window = {.start = 1.0, .length = 2.0}});
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("'cam7'"));
+  options.faults.cameras[0].camera = "cam0";
+  EXPECT_TRUE(CheckOptions(options).has_value());
+  EXPECT_EQ(FailureOf(options.faults, "cam0", 1.5), CameraFailure::kDead);
+  EXPECT_EQ(FailureOf(options.faults, "cam0", 3.5), std::nullopt);
+  options.faults.clocks["ium"] = {};
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("'imu'"));
+}
+
+// Real samples pass as they are, moved to the recording's clock, with the biases that are known.
+TEST(Recording, PlaysRecordedImuSamples) {
+  std::vector<Time> stamps;
+  std::vector<Pose3> poses;
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr());
+  const Time start = Time::FromNanoseconds(5'000'000'000LL);
+  for (int i = 0; i <= 40; ++i) {
+    stamps.push_back(start + Duration::FromMilliseconds(50 * i));
+    poses.push_back(Pose3::FromTranslation({0.01 * i, 0.0, 0.0}));
+  }
+  for (int i = 0; i < 500; ++i) {  // from 0.2 s before the motion
+    options.recorded_imu.samples.push_back(
+        {.stamp = start + Duration::FromMilliseconds(5 * (i - 40)),
+         .angular_velocity = {0.001 * i, 0.0, 0.0}});
+  }
+  options.recorded_imu.biases = {{start + Duration::FromSeconds(1.0), {.gyroscope = {1, 2, 3}}}};
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("trajectory"));
+  options.trajectory = FitPoseSpline(stamps, poses).value();
+  Recording recording(options);
+  const Heard heard = Listen(recording);
+  ASSERT_EQ(heard.imu.size(), 401U);
+  EXPECT_EQ(heard.imu.front().stamp, recording.begin());
+  EXPECT_DOUBLE_EQ(heard.imu.front().angular_velocity.x(), 0.04);
+  EXPECT_DOUBLE_EQ(heard.imu.back().angular_velocity.x(), 0.44);
+  EXPECT_EQ(recording.GroundTruth(recording.end()).bias.gyroscope, Eigen::Vector3d(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace mlvi
