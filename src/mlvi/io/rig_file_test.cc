@@ -139,7 +139,7 @@ TEST(RigFile, ErrorsNameFileLineAndField) {
 }
 
 TEST(RigFile, BuiltinRigsAreValidAndComeBackFromAFile) {
-  ASSERT_THAT(BuiltinRigNames(), ::testing::ElementsAre("hilti_2022", "m2dgr", "newer_college", "walk_os0"));
+  ASSERT_THAT(BuiltinRigNames(), ::testing::ElementsAre("euroc_os0", "hilti_2022", "m2dgr", "newer_college", "walk_os0"));
   for (const std::string& name : BuiltinRigNames()) {
     SCOPED_TRACE(name);
     const auto rig = LoadRig(name);
