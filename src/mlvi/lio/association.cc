@@ -16,7 +16,7 @@ constexpr double kGateSigmas = 4.0;
 
 // What all points of one association share.
 struct Context {
-  const AssociationOptions& options;
+  const Viewpoint& view;
   const RegistrationConfig& config;
   Eigen::Matrix3d R;
   double position_variance;  // m^2, of the pose, all three directions
@@ -28,8 +28,8 @@ struct Context {
 double Variance(const Context& context, const Eigen::Vector3d& beam_world, double range,
                 const Eigen::Vector3d& normal, double fit_variance) {
   const double cosine = beam_world.dot(normal);
-  const double along = context.options.range_noise * cosine;
-  const double across = context.options.beam_noise * range;
+  const double along = context.view.range_noise * cosine;
+  const double across = context.view.beam_noise * range;
   return along * along + across * across * (1.0 - cosine * cosine) + fit_variance;
 }
 
@@ -43,15 +43,15 @@ Eigen::Vector3d Tilt(const LocalFit& fit, int towards) {
 // of the pose.
 void Add(const Context& context, const Eigen::Vector3d& point, const LocalFit& fit,
          const Eigen::Vector3d& normal, double fit_variance, std::vector<Correspondence>& out) {
-  const Eigen::Vector3d offset = point - context.options.p_body_lidar;
+  const Eigen::Vector3d offset = point - context.view.p_body_lidar;
   const double range = std::max(offset.norm(), 1e-3);
   Correspondence c{.point = point, .anchor = fit.centroid, .normal = normal};
   c.variance = Variance(context, context.R * (offset / range), range, normal, fit_variance);
   Vector6d h;
   h << normal, point.cross(context.R.transpose() * normal);
-  c.gate = h.dot(context.options.pose_covariance * h);
+  c.gate = h.dot(context.view.pose_covariance * h);
   const double residual =
-      normal.dot(context.R * point + context.options.T_world_body.translation() - fit.centroid);
+      normal.dot(context.R * point + context.view.T_world_body.translation() - fit.centroid);
   const double limit = kGateSigmas * context.config.robust_width;
   if (residual * residual > limit * limit * (c.variance + c.gate)) return;
   out.push_back(c);
@@ -62,17 +62,20 @@ void AddPlane(const Context& context, const Eigen::Vector3f& body, const Neighbo
   const auto fit =
       FitPlane(neighbors, context.config.max_plane_thickness, context.config.min_map_noise);
   if (!fit) return;
+  const Eigen::Vector3d tilt_a = Tilt(*fit, 1), tilt_b = Tilt(*fit, 2);
+  const double max_sigma = context.config.max_normal_sigma;
+  if (tilt_a.squaredNorm() > max_sigma * max_sigma) return;  // spread 1 is the smaller one
   const Eigen::Vector3d point = body.cast<double>();
   const Eigen::Vector3d d =
-      context.R * point + context.options.T_world_body.translation() - fit->centroid;
+      context.R * point + context.view.T_world_body.translation() - fit->centroid;
   const Eigen::Vector3d local = fit->axes.transpose() * d;
   const double leverage =
       1.0 + local[1] * local[1] / fit->variances[1] + local[2] * local[2] / fit->variances[2];
   const std::size_t before = out.size();
   Add(context, point, *fit, fit->axes.col(0), fit->point_variance * leverage / fit->count, out);
   if (out.size() == before) return;
-  out.back().tilt_a = Tilt(*fit, 1);
-  out.back().tilt_b = Tilt(*fit, 2);
+  out.back().tilt_a = tilt_a;
+  out.back().tilt_b = tilt_b;
 }
 
 void AddLine(const Context& context, const Eigen::Vector3f& body, const Neighbors& neighbors,
@@ -82,7 +85,7 @@ void AddLine(const Context& context, const Eigen::Vector3f& body, const Neighbor
   if (!fit) return;
   const Eigen::Vector3d point = body.cast<double>();
   const Eigen::Vector3d d =
-      context.R * point + context.options.T_world_body.translation() - fit->centroid;
+      context.R * point + context.view.T_world_body.translation() - fit->centroid;
   const double along = fit->axes.col(2).dot(d);
   const double leverage = 1.0 + along * along / fit->variances[2];
   for (int axis = 0; axis < 2; ++axis) {
@@ -112,7 +115,7 @@ void AssociateCloud(const Context& context, const PointCloud& cloud, const Voxel
     Neighbors neighbors;
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector3d world =
-          context.R * cloud[i].cast<double>() + context.options.T_world_body.translation();
+          context.R * cloud[i].cast<double>() + context.view.T_world_body.translation();
       map.KNearest(world.cast<float>(), context.config.neighbors, SearchDistance(context, cloud[i]),
                    neighbors);
       if (neighbors.count == context.config.neighbors) add(context, cloud[i], neighbors, part);
@@ -124,14 +127,14 @@ void AssociateCloud(const Context& context, const PointCloud& cloud, const Voxel
 }  // namespace
 
 std::vector<Correspondence> Associate(const SweepFeatures& features, const LocalMap& map,
-                                      const AssociationOptions& options,
+                                      const Viewpoint& view,
                                       const RegistrationConfig& config) {
   const Context context{
-      .options = options,
+      .view = view,
       .config = config,
-      .R = options.T_world_body.R(),
-      .position_variance = options.pose_covariance.topLeftCorner<3, 3>().trace(),
-      .rotation_variance = options.pose_covariance.bottomRightCorner<3, 3>().trace()};
+      .R = view.T_world_body.R(),
+      .position_variance = view.pose_covariance.topLeftCorner<3, 3>().trace(),
+      .rotation_variance = view.pose_covariance.bottomRightCorner<3, 3>().trace()};
   std::vector<Correspondence> result;
   result.reserve(features.planes.size() + 2 * features.edges.size());
   AssociateCloud(context, features.planes, map.planes(), AddPlane, result);

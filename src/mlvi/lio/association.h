@@ -24,7 +24,8 @@ struct Correspondence {
   Eigen::Vector3d tilt_b = Eigen::Vector3d::Zero();
 };
 
-struct AssociationOptions {
+// From where a sweep was seen, as far as is known, and how well points are measured.
+struct Viewpoint {
   Pose3 T_world_body;
   Matrix6d pose_covariance;  // world position, body rotation: gates outliers and widens the search
   Eigen::Vector3d p_body_lidar;  // where beams start
@@ -33,9 +34,9 @@ struct AssociationOptions {
 };
 
 // Fits planes and lines of the map to the features of a sweep, each at its place by
-// `options.T_world_body`.
+// `view.T_world_body`.
 std::vector<Correspondence> Associate(const SweepFeatures& features, const LocalMap& map,
-                                      const AssociationOptions& options,
+                                      const Viewpoint& view,
                                       const RegistrationConfig& config);
 
 }  // namespace mlvi

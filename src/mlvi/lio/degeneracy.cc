@@ -46,9 +46,7 @@ Half Judge(const Matrix6d& A, const Matrix6d& feigned, int offset, double max_si
 }
 
 // The mean of a lone degenerate axis over the last sweeps, while it stays within 6 degrees.
-void Steady(const Degeneracy& last, Half& translation) {
-  if (translation.count != 1 || last.translation_directions != 1) return;
-  const Eigen::Vector3d before = last.translation_axes.col(0);
+void Steady(const Eigen::Vector3d& before, Half& translation) {
   Eigen::Vector3d axis = translation.axes.col(0);
   if (std::abs(axis.dot(before)) < kSteadyCosine) return;
   axis *= axis.dot(before) < 0.0 ? -1.0 : 1.0;
@@ -62,12 +60,16 @@ void Steady(const Degeneracy& last, Half& translation) {
 }  // namespace
 
 DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
-                                    const Eigen::Quaterniond& R_world_body, const Degeneracy& last,
+                                    const Eigen::Quaterniond& R_world_body,
+                                    const std::optional<Eigen::Vector3d>& last_axis,
                                     const DegeneracyConfig& config) {
   DegenerateDirections result;
   Half translation =
       Judge(information, feigned, 0, config.max_translation_sigma, 1.0, config.max_noise_share);
-  Steady(last, translation);
+  if (translation.count == 1) {
+    if (last_axis) Steady(*last_axis, translation);
+    result.lone_axis = translation.axes.col(0);
+  }
   const Half rotation =
       Judge(information, feigned, 3, config.max_rotation_sigma, 1.0, config.max_noise_share);
   for (int i = 0; i < translation.count; ++i) {
@@ -88,6 +90,15 @@ DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d&
   report.rotation_directions = rotation.count;
   report.rotation_axes = R * rotation.axes;
   return result;
+}
+
+void Strike(int translation, DegenerateDirections& directions) {
+  Degeneracy& report = directions.report;
+  directions.motions.erase(directions.motions.begin() + translation);
+  for (int i = translation; i + 1 < report.translation_directions; ++i) {
+    report.translation_axes.col(i).swap(report.translation_axes.col(i + 1));
+  }
+  --report.translation_directions;
 }
 
 void Deflate(const std::vector<Vector6d>& motions, Matrix6d& A, Vector6d& b) {

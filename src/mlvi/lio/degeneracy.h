@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "mlvi/lio/lio_config.h"
@@ -12,8 +13,10 @@ namespace mlvi {
 // The directions that a registration cannot tell, as motions of the whole pose.
 struct DegenerateDirections {
   Degeneracy report;
-  // Six-vectors [world translation; body rotation], conjugate with respect to the information.
+  // Six-vectors [world translation; body rotation], translations first.
   std::vector<Vector6d> motions;
+  // The axis when it is the only degenerate translation, for the next sweep.
+  std::optional<Eigen::Vector3d> lone_axis;
 };
 
 // `information` (chart: world position, body rotation) is H^T W H over all constraints; `feigned`
@@ -26,13 +29,18 @@ struct DegenerateDirections {
 // information that is not feigned exceeds the limit, or when more than max_noise_share of its
 // information is feigned.
 //
-// `last` is the report of the previous sweep: a lone degenerate translation axis is averaged over
-// sweeps. Were it taken anew each time, its small random turns would leak lateral information into
+// `last_axis` is the lone axis of the previous sweep, with which a lone axis of this one is
+// averaged. Were it taken anew each time, its small random turns would leak lateral information into
 // the axis: 1 mm across, seen under directions that differ by 1e-3, feigns 1 m lengthwise per
 // sweep, 6 cm after 300 sweeps.
 DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
-                                    const Eigen::Quaterniond& R_world_body, const Degeneracy& last,
+                                    const Eigen::Quaterniond& R_world_body,
+                                    const std::optional<Eigen::Vector3d>& last_axis,
                                     const DegeneracyConfig& config);
+
+// Takes the translation at place `translation` of the report out of the degenerate ones; its axis
+// moves behind those that remain.
+void Strike(int translation, DegenerateDirections& directions);
 
 // Takes the information along the degenerate motions out of the normal equations A x = -b:
 //   A <- A - A v v^T A / (v^T A v),  b <- b - A v (v^T b) / (v^T A v).

@@ -81,9 +81,7 @@ TEST(FindDegeneracy, InformationFeignedByNoisyNormalsDoesNotCount) {
 }
 
 TEST(FindDegeneracy, ALoneAxisIsAveragedOverSweeps) {
-  Degeneracy last;
-  last.translation_directions = 1;
-  last.translation_axes.col(0) = Eigen::Vector3d(1.0, 0.02, 0.0).normalized();
+  const Eigen::Vector3d last = Eigen::Vector3d(1.0, 0.02, 0.0).normalized();
   const auto found = FindDegeneracy(InformationOf({kY, kZ}, 200), Matrix6d::Zero(),
                                     Eigen::Quaterniond::Identity(), last, {});
   ASSERT_EQ(found.report.translation_directions, 1);

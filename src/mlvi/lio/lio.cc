@@ -57,7 +57,7 @@ struct Lio::Impl {
   std::vector<ImuSample> imu;  // from the instant of `estimate` on, or all of the start
   std::optional<Start> start;  // while initialising
   StateEstimate estimate;
-  Degeneracy degeneracy;              // of the last registration
+  std::optional<Eigen::Vector3d> lone_axis;  // of the last registration (FindDegeneracy)
   Matrix6d drift = Matrix6d::Zero();  // covariance of the map's own error at the pose of `estimate`
   LocalMap map;
   Time last_registered;
@@ -192,7 +192,7 @@ SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const Lida
 RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features,
                                             const StateEstimate& prior) {
   const StageTimes::Scope timer(times, "lio/registration");
-  return Register(features, map, prior, *rig.lidar, degeneracy, config.registration,
+  return Register(features, map, prior, *rig.lidar, lone_axis, config.registration,
                   config.degeneracy);
 }
 
@@ -209,7 +209,7 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   const StageTimes::Scope timer(times, "lio/map");
   const Pose3 before = estimate.mean.nav.T_world_body;
   Accept(registration.estimate);
-  degeneracy = registration.degeneracy;
+  lone_axis = registration.lone_axis;
   last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
@@ -278,8 +278,7 @@ void Lio::Correct(const NavState& corrected) {
   Matrix6d turn = Matrix6d::Identity();
   turn.topLeftCorner<3, 3>() = T_new_old.R();
   impl_->drift = turn * impl_->drift * turn.transpose();
-  impl_->degeneracy.translation_axes = T_new_old.R() * impl_->degeneracy.translation_axes;
-  impl_->degeneracy.rotation_axes = T_new_old.R() * impl_->degeneracy.rotation_axes;
+  if (impl_->lone_axis) impl_->lone_axis = T_new_old.rotation() * *impl_->lone_axis;
 }
 
 }  // namespace mlvi

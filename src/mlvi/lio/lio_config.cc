@@ -33,6 +33,8 @@ void RegistrationConfig::Declare(ConfigDeclaration& d) {
       {1.0, 100.0});
   d.Field("min_map_noise", min_map_noise, "m",
           "Standard deviation of map points that a fit cannot undercut", {0.001, 0.5});
+  d.Field("max_normal_sigma", max_normal_sigma, "rad",
+          "Fits whose normal is known worse than this are not used", {0.001, 1.0});
   d.Field("step_tolerance_m", step_tolerance_m, "m", "Converged when the last step is below this",
           {0.0, 0.1});
   d.Field("step_tolerance_rad", step_tolerance_rad, "rad",
@@ -52,6 +54,12 @@ void DegeneracyConfig::Declare(ConfigDeclaration& d) {
           "noisy normals alone "
           "would feign",
           {0.05, 1.0});
+  d.Field("min_facing", min_facing, "",
+          "Along a direction that is otherwise left to the prior, constraints count whose normals "
+          "have at least this cosine with it",
+          {0.1, 1.0});
+  d.Field("min_facing_count", min_facing_count, "",
+          "Fewer such constraints are taken for bad fits", {1, 10000});
 }
 
 void StartConfig::Declare(ConfigDeclaration& d) {

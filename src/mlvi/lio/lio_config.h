@@ -27,6 +27,7 @@ struct RegistrationConfig {
   double robust_width = 2.0;
   double noise_inflation = 3.0;
   double min_map_noise = 0.02;
+  double max_normal_sigma = 0.1;
   double step_tolerance_m = 0.001;
   double step_tolerance_rad = 1e-4;
   int min_correspondences = 50;
@@ -38,6 +39,8 @@ struct DegeneracyConfig {
   double max_translation_sigma = 0.05;
   double max_rotation_sigma = 0.01;
   double max_noise_share = 0.5;
+  double min_facing = 0.5;
+  int min_facing_count = 20;
   void Declare(ConfigDeclaration& d);
 };
 

@@ -89,6 +89,72 @@ bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig&
          step.segment<3>(nav_index::kRotation).norm() < config.step_tolerance_rad;
 }
 
+// The constraints whose surfaces face along one of the axes (columns).
+std::vector<Correspondence> Facing(const std::vector<Correspondence>& correspondences,
+                                   const Eigen::Matrix3Xd& axes, double min_facing) {
+  std::vector<Correspondence> facing;
+  for (const Correspondence& c : correspondences) {
+    const Eigen::VectorXd cosines = axes.transpose() * c.normal;
+    if ((cosines.array().abs() > min_facing).any()) facing.push_back(c);
+  }
+  return facing;
+}
+
+// The information on a translation along `axis`. When the motion asked for along it leaves larger
+// residuals than the constraints claim, their variance is taken to be as much larger (Birge ratio).
+double InformationAlong(const PoseNormalEquations& sums, const Eigen::Vector3d& axis,
+                        double inflation) {
+  const double information = axis.dot(sums.A.topLeftCorner<3, 3>() * axis);
+  if (information <= 0.0 || sums.weights <= 1.0) return 0.0;
+  const double gradient = inflation * axis.dot(sums.b.head<3>());
+  const double unexplained = sums.chi_square - gradient * gradient / information;
+  return information / std::max(1.0, unexplained / (sums.weights - 1.0));
+}
+
+// The motions that the prior expects to go with the degenerate ones: v <- P v / (v^T P v). Only
+// along these is the measurement blind to what the prior leaves open. Blind along v itself, which
+// differs by the noise of the axis, it would see a little of the prior's long axis: with 2 m along
+// a corridor, 1 mm across under a direction 1e-3 off moves the estimate by 0.8 m.
+void FollowPrior(const Matrix6d& pose_covariance, std::vector<Vector6d>& motions) {
+  for (Vector6d& motion : motions) {
+    const Vector6d expected = pose_covariance * motion;
+    const double variance = motion.dot(expected);
+    if (variance > 0.0) motion = expected / variance;
+  }
+}
+
+// Takes out of the normal equations what noisy normals feign along the weak directions. Surfaces
+// that face along a weak translation stay in whole when they tell it well enough by themselves: the
+// far end of a corridor, the jambs of its doors. Such a direction is struck from the degenerate
+// ones; along the others nothing remains, and the prior decides.
+void LeaveOutFeigned(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
+                     const RegistrationConfig& config, const DegeneracyConfig& degeneracy,
+                     PoseNormalEquations& sums, DegenerateDirections& directions) {
+  const std::vector<Vector6d> weak = directions.motions;
+  const double least = 1.0 / (degeneracy.max_translation_sigma * degeneracy.max_translation_sigma);
+  Eigen::Matrix3Xd told(3, 0);
+  for (int i = directions.report.translation_directions - 1; i >= 0; --i) {
+    const Eigen::Vector3d axis = directions.report.translation_axes.col(i);
+    const PoseNormalEquations facing = Linearize(
+        Facing(correspondences, axis, degeneracy.min_facing), T_world_body, config);
+    if (facing.inliers < degeneracy.min_facing_count ||
+        InformationAlong(facing, axis, config.noise_inflation) < least) {
+      continue;
+    }
+    told.conservativeResize(3, told.cols() + 1);
+    told.rightCols<1>() = axis;
+    Strike(i, directions);
+  }
+  PoseNormalEquations facing =
+      Linearize(Facing(correspondences, told, degeneracy.min_facing), T_world_body, config);
+  sums.A -= facing.A;
+  sums.b -= facing.b;
+  Deflate(weak, sums.A, sums.b);
+  Deflate(directions.motions, facing.A, facing.b);
+  sums.A += facing.A;
+  sums.b += facing.b;
+}
+
 }  // namespace
 
 PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
@@ -110,6 +176,7 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
       sum.b += (w * z) * h;
       sum.weighted_squares += robust * z * z;
       sum.weights += robust;
+      sum.chi_square += robust * z * z / c.variance;
       sum.inliers += robust > 0.5 ? 1 : 0;
     }
     return sum;
@@ -120,18 +187,20 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
                           sum.b += part.b;
                           sum.weighted_squares += part.weighted_squares;
                           sum.weights += part.weights;
+                          sum.chi_square += part.chi_square;
                           sum.inliers += part.inliers;
                         });
 }
 
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
                             const StateEstimate& prior, const LidarSpec& lidar,
-                            const Degeneracy& last, const RegistrationConfig& config,
+                            const std::optional<Eigen::Vector3d>& last_axis,
+                            const RegistrationConfig& config,
                             const DegeneracyConfig& degeneracy) {
   RegistrationResult result;
   result.estimate = prior;
   result.offered = static_cast<int>(features.planes.size() + features.edges.size());
-  AssociationOptions options{.T_world_body = prior.mean.nav.T_world_body,
+  Viewpoint view{.T_world_body = prior.mean.nav.T_world_body,
                              .pose_covariance = PoseCovariance(prior.covariance),
                              .p_body_lidar = lidar.T_body_lidar.translation(),
                              .range_noise = lidar.range_noise,
@@ -139,8 +208,8 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
   FilterState x = prior.mean;
   while (!result.converged && result.iterations < config.max_iterations) {
     ++result.iterations;
-    options.T_world_body = x.nav.T_world_body;
-    const std::vector<Correspondence> correspondences = Associate(features, map, options, config);
+    view.T_world_body = x.nav.T_world_body;
+    const std::vector<Correspondence> correspondences = Associate(features, map, view, config);
     const FilterState before = x;
     for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
       PoseNormalEquations sums = Linearize(correspondences, x.nav.T_world_body, config);
@@ -148,22 +217,24 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       result.rms_residual =
           sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
-      const DegenerateDirections directions =
+      DegenerateDirections directions =
           FindDegeneracy(sums.A, FeignedInformation(correspondences, x.nav.T_world_body, config),
-                         x.nav.T_world_body.rotation(), last, degeneracy);
-      Deflate(directions.motions, sums.A, sums.b);
+                         x.nav.T_world_body.rotation(), last_axis, degeneracy);
+      FollowPrior(PoseCovariance(prior.covariance), directions.motions);
+      LeaveOutFeigned(correspondences, x.nav.T_world_body, config, degeneracy, sums, directions);
       const Update update = Solve(prior, x, sums.A, sums.b);
       const FilterState next = BoxPlus(prior.mean, update.displacement);
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();
       result.estimate = {next, J_inverse * update.covariance * J_inverse.transpose()};
       result.degeneracy = directions.report;
+      result.lone_axis = directions.lone_axis;
       const bool small = Small(next, x, config);
       x = next;
       if (small) break;
     }
     result.converged = Small(x, before, config);
     // The pose becomes certain step by step: the gate for outliers closes, whatever the prior was.
-    options.pose_covariance *= 0.25;
+    view.pose_covariance *= 0.25;
   }
   return result;
 }

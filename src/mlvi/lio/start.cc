@@ -14,6 +14,8 @@ namespace {
 // are shared.
 constexpr double kStepSigmaM = 0.01;
 constexpr double kStepSigmaRad = 0.002;
+// Error of a sweep's registered rotation at rest, where all sweeps see the same surfaces.
+constexpr double kTurnSigmaRad = 0.0005;
 // Gyroscope bias and scale before they are known, as a share of the interval and of the angle
 // turned.
 constexpr double kGyroscopeScale = 0.02;
@@ -89,8 +91,7 @@ std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const I
   }
   map_.Insert(kept_.back().features, kept_.back().T_start_body);
   if (auto result = AtRest() ? TryStatic() : TryMoving()) return result;
-  while ((kept_.back().sweep.end() - kept_.front().sweep.end()).seconds() > config_.start.max_span)
-    DropOldest();
+  while (Span() > config_.start.max_span) DropOldest();
   return std::nullopt;
 }
 
@@ -163,16 +164,36 @@ std::optional<StartResult> Start::TryStatic() {
   if (!at_rest || at_rest->states.empty()) return TryMoving();
   StartResult result{
       .states = {}, .covariance = at_rest->covariance, .sweeps = {}, .method = "static"};
+  // Nobody stands perfectly still: the slow turn that the sweeps show is not a bias of the gyroscope.
+  const Eigen::Vector3d turn_rate = TurnRate();
+  NavState state = at_rest->states.back();
+  state.bias.gyroscope -= turn_rate;
+  result.covariance.diagonal().segment<3>(nav_index::kGyroscopeBias).array() +=
+      std::pow(TurnRateSigma(), 2);
+  const Pose3 T_world_start = state.T_world_body * kept_.back().T_start_body.inverse();
   for (const Kept& kept : kept_) {
-    result.states.push_back(at_rest->states.back());
-    result.states.back().stamp = kept.sweep.end();
+    state.stamp = kept.sweep.end();
+    state.T_world_body = T_world_start * kept.T_start_body;
+    result.states.push_back(state);
     result.sweeps.push_back(kept.sweep);
   }
   return result;
 }
 
+double Start::Span() const {
+  return (kept_.back().sweep.end() - kept_.front().sweep.end()).seconds();
+}
+
+Eigen::Vector3d Start::TurnRate() const {
+  return LogSo3(kept_.front().T_start_body.rotation().conjugate() *
+                kept_.back().T_start_body.rotation()) /
+         Span();
+}
+
+double Start::TurnRateSigma() const { return std::sqrt(2.0) * kTurnSigmaRad / Span(); }
+
 std::optional<StartResult> Start::TryMoving() {
-  const double span = (kept_.back().sweep.end() - kept_.front().sweep.end()).seconds();
+  const double span = Span();
   if (static_cast<int>(kept_.size()) < config_.start.min_sweeps || span < config_.start.min_span) {
     why_ = fmt::format("a moving start needs {} sweeps over {:.1f} s, has {} over {:.1f} s",
                        config_.start.min_sweeps, config_.start.min_span, kept_.size(), span);

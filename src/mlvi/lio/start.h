@@ -46,6 +46,9 @@ class Start {
   void RebuildMap();
   void DropOldest();
   bool AtRest() const;
+  double Span() const;                // s
+  Eigen::Vector3d TurnRate() const;   // rad/s, mean, body frame, by the registered sweeps
+  double TurnRateSigma() const;       // rad/s, of TurnRate() at rest
   std::optional<StartResult> TryStatic();
   std::optional<StartResult> TryMoving();
 
