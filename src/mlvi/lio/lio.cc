@@ -39,6 +39,7 @@ struct Lio::Impl {
   std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
   void Remember(std::span<const ImuSample> samples);
   LioResult Begin(const LidarSweep& sweep);
+  StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored);
   double SilentTimeUntil(Time end) const;
   Prediction PredictTo(const LidarSweep& sweep, double silent) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
@@ -142,6 +143,7 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
   if (!first) return result;
   result.status = LioResult::Status::kTracking;
   result.reason = fmt::format("{} start from {} sweeps", first->method, first->sweeps.size());
+  SweepFeatures features;
   for (std::size_t i = 0; i < first->sweeps.size(); ++i) {
     const LidarSweep& kept = first->sweeps[i];
     const NavState& state = first->states[i];
@@ -151,18 +153,29 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
             ? std::vector<NavState>{state}
             : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
                              state.v_world_body, state.bias, samples);
-    const SweepFeatures features =
-        ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
+    features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
     result.new_share = map.Insert(features, state.T_world_body);
     result.estimates.push_back({.state = state,
                                 .covariance = first->covariance,
                                 .degeneracy = {.information = StartInformation()}});
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
-  Accept(AnchorToMap(first->states.back(), first->covariance));
+  Accept(InTheirMap(features, AnchorToMap(first->states.back(), first->covariance)));
+  result.estimates.back().state = estimate.mean.nav;
+  // The world is where this pose says, however well it fits the map.
+  drift = PoseCovariance(estimate.covariance);
   last_registered = estimate.mean.nav.stamp;
   start.reset();
   return result;
+}
+
+// The poses of the start were found one by one in a growing map, to 5 mm; in the map of them all the
+// last one is known as well as later ones.
+StateEstimate Lio::Impl::InTheirMap(const SweepFeatures& last, const StateEstimate& anchored) {
+  const RegistrationResult registration = TimedRegister(last, anchored);
+  const bool found = registration.converged &&
+                     registration.correspondences >= config.registration.min_correspondences;
+  return found ? registration.estimate : anchored;
 }
 
 double Lio::Impl::SilentTimeUntil(Time end) const {

@@ -38,11 +38,22 @@ Pose3 Hilti2023Extrinsics() {
                {-0.006730146149038548, -0.006897049862999071, 0.049898628062256645});
 }
 
+// What a careful user writes into the rig file of an IMU with the noise `physical`: twice that, but
+// no more than stands in the file of the real rig.
+ImuNoise WithMargin(const ImuNoise& physical, const ImuNoise& file) {
+  const auto margin = [](double a, double b) { return std::min(2.0 * a, std::max(a, b)); };
+  return {margin(physical.accelerometer_density, file.accelerometer_density),
+          margin(physical.gyroscope_density, file.gyroscope_density),
+          margin(physical.accelerometer_random_walk, file.accelerometer_random_walk),
+          margin(physical.gyroscope_random_walk, file.gyroscope_random_walk)};
+}
+
 }  // namespace
 
 SimulatedRig MakeSimulatedRig(const Rig& rig, bool wrong_extrinsics, std::uint64_t seed) {
   SimulatedRig result{.true_rig = rig, .estimator_rig = rig};
   result.true_rig.T_body_groundtruth = result.estimator_rig.T_body_groundtruth = Pose3();
+  result.estimator_rig.imu.noise = WithMargin(PhysicalImuNoise(rig), rig.imu.noise);
   if (!wrong_extrinsics || !rig.lidar) return result;
   Pose3& truth = result.true_rig.lidar->T_body_lidar;
   if (rig.name == "hilti_2022") {

@@ -22,7 +22,9 @@
 
 namespace mlvi {
 
-// The rig as it is, and as the estimator is told.
+// The rig as it is, and as the estimator is told. The files of real rigs hold IMU noise far above
+// the physical one, to cover vibration and scale errors that the simulated IMU does not have; the
+// estimator of a simulated recording is told twice the noise that is simulated.
 struct SimulatedRig {
   Rig true_rig;
   Rig estimator_rig;
