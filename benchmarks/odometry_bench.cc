@@ -58,14 +58,6 @@ double ResidentMegabytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-// The pose part of a navigation covariance in the pose chart (position in the body frame).
-Matrix6d PoseCovariance(const OdometryEstimate& estimate) {
-  Eigen::Matrix<double, 6, 15> J = Eigen::Matrix<double, 6, 15>::Zero();
-  J.block<3, 3>(0, nav_index::kPosition) = estimate.state.T_world_body.R().transpose();
-  J.block<3, 3>(3, nav_index::kRotation).setIdentity();
-  return J * estimate.covariance * J.transpose();
-}
-
 // The estimator's world has its origin and yaw at its first pose; roll and pitch it must know.
 Pose3 YawAndPositionAlignment(const Pose3& T_world_body, const Pose3& T_truth_body) {
   const Eigen::Matrix3d R = T_world_body.R() * T_truth_body.R().transpose();
@@ -83,7 +75,9 @@ class NeesCollector {
     if (!last_.valid()) T_world_truth_ = YawAndPositionAlignment(estimate.state.T_world_body, T_truth_body);
     if (last_.valid() && (estimate.state.stamp - last_).seconds() < 1.0) return;
     last_ = estimate.state.stamp;
-    const auto nees = PoseNees(estimate.state.T_world_body, T_world_truth_ * T_truth_body, PoseCovariance(estimate));
+    const Pose3& T_world_body = estimate.state.T_world_body;
+    const auto nees = PoseNees(T_world_body, T_world_truth_ * T_truth_body,
+                               PoseChartCovariance(T_world_body.R(), estimate.covariance));
     if (nees) values_.push_back(*nees);
   }
   const std::vector<double>& values() const { return values_; }

@@ -28,16 +28,6 @@ Eigen::Matrix<double, N, N> SquareRoot(const Eigen::Matrix<double, N, N>& matrix
   return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
-// The 6x6 pose covariance in the pose chart (position error in the body frame) from NavState error coordinates
-// (position error in the world).
-Matrix6d PoseChartCovariance(const OdometryEstimate& estimate) {
-  const Eigen::Matrix3d R_body_world = estimate.state.T_world_body.R().transpose();
-  Eigen::Matrix<double, 6, 15> J = Eigen::Matrix<double, 6, 15>::Zero();
-  J.block<3, 3>(0, kPosition) = R_body_world;
-  J.block<3, 3>(3, kRotation).setIdentity();
-  return J * estimate.covariance * J.transpose();
-}
-
 template <int N>
 Eigen::Matrix<double, N, N> SqrtInformationOf(const Eigen::Matrix<double, N, N>& covariance) {
   return SquareRoot<N>(covariance.inverse());
@@ -182,7 +172,7 @@ void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& 
   const Eigen::Matrix3d velocity_covariance = estimate.covariance.block<3, 3>(kVelocity, kVelocity);
   const Matrix6d bias_covariance = estimate.covariance.block<6, 6>(kAccelerometerBias, kAccelerometerBias);
   // Position and yaw of the first keyframe define the world: a floor keeps the prior finite.
-  const Matrix6d pose_covariance = PoseChartCovariance(estimate) + 1e-8 * Matrix6d::Identity();
+  const Matrix6d pose_covariance = PoseChartCovariance(estimate.state.T_world_body.R(), estimate.covariance) + 1e-8 * Matrix6d::Identity();
   smoother_.AddFactor(
       std::make_shared<PosePriorFactor>(estimate.state.T_world_body, SqrtInformationOf<6>(pose_covariance)), nullptr,
       {at.pose});

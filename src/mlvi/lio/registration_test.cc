@@ -121,6 +121,40 @@ TEST_F(RegistrationTest, InACorridorTheAxisIsFoundAndThePriorDecides) {
   EXPECT_LT(std::sqrt(result.estimate.covariance(1, 1)), 0.01);
 }
 
+TEST_F(RegistrationTest, InACorridorSurfacesThatFaceAlongItTellTheAxis) {
+  rig_.lidar->max_range = 20.0;
+  const Pose3 shifted(truth_.rotation(), truth_.translation() + Eigen::Vector3d(0.1, 0.04, -0.03));
+  for (const double distance : {7.0, 9.0, 11.0}) {
+    test::BoxWorld corridor = test::EndlessCorridor();
+    corridor.obstacles = {{{distance, -1.2, -1.2}, {distance + 0.5, -0.5, 1.6}}};
+    const RegistrationResult result =
+        Run(Features(corridor, truth_, 7), MapOf(corridor, 1), Prior(shifted, 0.1, 0.01));
+    EXPECT_TRUE(result.lone_axis.has_value());  // most constraints only feign to know it
+    EXPECT_EQ(result.degeneracy.translation_directions, 0);
+    const double sigma = std::sqrt(result.estimate.covariance(0, 0));
+    EXPECT_LT(sigma, 0.02);
+    EXPECT_NEAR(result.estimate.mean.nav.T_world_body.translation().x(), truth_.translation().x(),
+                3.0 * sigma);
+  }
+}
+
+TEST_F(RegistrationTest, AnUncertainAxisDoesNotTurnNoiseAcrossItIntoMotionAlongIt) {
+  const test::BoxWorld corridor = test::EndlessCorridor();
+  rig_.lidar->max_range = 20.0;
+  const LocalMap map = MapOf(corridor, 1);
+  const Pose3 shifted(truth_.rotation(), truth_.translation() + Eigen::Vector3d(0.0, 0.01, 0.0));
+  // Two metres of uncertainty along a direction half a degree off the corridor's: seen strictly,
+  // the centimetre across it asks for a metre along it.
+  StateEstimate prior = Prior(shifted, 0.01, 0.001);
+  const Eigen::Vector3d along = Eigen::Vector3d(1.0, 0.01, 0.0).normalized();
+  prior.covariance.topLeftCorner<3, 3>() += 4.0 * along * along.transpose();
+  const RegistrationResult result = Run(Features(corridor, truth_, 7), map, prior);
+  const Eigen::Vector3d p = result.estimate.mean.nav.T_world_body.translation();
+  EXPECT_NEAR(p.x(), shifted.translation().x(), 0.01);
+  EXPECT_NEAR(p.y(), truth_.translation().y(), 0.005);
+  EXPECT_GT(std::sqrt(result.estimate.covariance(0, 0)), 1.5);
+}
+
 TEST_F(RegistrationTest, SaysSoWhenThereIsNothingToRegisterTo) {
   const LocalMap empty(config_.map);
   const StateEstimate prior = Prior(truth_, 0.1, 0.01);

@@ -15,19 +15,14 @@ namespace {
 constexpr double kStepSigmaM = 0.01;
 constexpr double kStepSigmaRad = 0.002;
 // Error of a sweep's registered rotation at rest, where all sweeps see the same surfaces.
-constexpr double kTurnSigmaRad = 0.0005;
+constexpr double kTurnSigmaRad = 0.001;
 // Gyroscope bias and scale before they are known, as a share of the interval and of the angle
 // turned.
 constexpr double kGyroscopeScale = 0.02;
 
-Matrix6d PoseChartCovariance(const StateEstimate& estimate) {
-  const Eigen::Matrix3d R = estimate.mean.nav.T_world_body.R();
-  Matrix6d covariance;
-  const auto& P = estimate.covariance;
-  covariance << R.transpose() * P.block<3, 3>(nav_index::kPosition, nav_index::kPosition) * R,
-      R.transpose() * P.block<3, 3>(nav_index::kPosition, nav_index::kRotation),
-      P.block<3, 3>(nav_index::kRotation, nav_index::kPosition) * R,
-      P.block<3, 3>(nav_index::kRotation, nav_index::kRotation);
+Matrix6d StepCovariance(const StateEstimate& estimate) {
+  Matrix6d covariance = PoseChartCovariance(estimate.mean.nav.T_world_body.R(),
+                                            estimate.covariance.topLeftCorner<15, 15>());
   covariance.diagonal().head<3>().array() += kStepSigmaM * kStepSigmaM;
   covariance.diagonal().tail<3>().array() += kStepSigmaRad * kStepSigmaRad;
   return covariance;
@@ -121,7 +116,7 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
   const RegistrationResult result =
       Register(kept.features, map_, prior, *rig_.lidar, {}, registration, config_.degeneracy);
   kept.T_start_body = result.estimate.mean.nav.T_world_body;
-  kept.covariance = PoseChartCovariance(result.estimate);
+  kept.covariance = StepCovariance(result.estimate);
   return kept;
 }
 

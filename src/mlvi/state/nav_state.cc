@@ -23,4 +23,11 @@ Vector15d BoxMinus(const NavState& a, const NavState& b) {
   return delta;
 }
 
+Matrix6d PoseChartCovariance(const Eigen::Matrix3d& R_world_body, const Matrix15d& covariance) {
+  Eigen::Matrix<double, 6, 15> J = Eigen::Matrix<double, 6, 15>::Zero();
+  J.block<3, 3>(0, nav_index::kPosition) = R_world_body.transpose();
+  J.block<3, 3>(3, nav_index::kRotation).setIdentity();
+  return J * covariance * J.transpose();
+}
+
 }  // namespace mlvi

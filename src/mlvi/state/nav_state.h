@@ -34,4 +34,8 @@ inline constexpr int kPosition = 0, kVelocity = 3, kRotation = 6, kAccelerometer
 NavState BoxPlus(const NavState& state, const Vector15d& delta);
 Vector15d BoxMinus(const NavState& a, const NavState& b);
 
+// The pose's part of a covariance in error-state order, in the pose chart (BoxMinus of poses: position error in the body
+// frame, then rotation); `R_world_body` is the attitude that it belongs to.
+Matrix6d PoseChartCovariance(const Eigen::Matrix3d& R_world_body, const Matrix15d& covariance);
+
 }  // namespace mlvi
