@@ -138,9 +138,9 @@ Walker Walk(const WalkingPath& path, const MotionProfile& profile, std::size_t c
 // Bursts: shaking swells and fades within some seconds.
 double Envelope(const MotionProfile& profile, double t, double phase) {
   const double wave = std::sin(2.0 * std::numbers::pi * t / 7.0 + phase);
-  double swell = wave * wave;
+  double swell = (1.0 - profile.calm) * wave * wave;
   for (int i = 1; i < profile.burst_sharpness; ++i) swell *= wave * wave;
-  return profile.calm + (1.0 - profile.calm) * swell;
+  return profile.calm + swell;
 }
 
 struct ShakingScale {
