@@ -100,9 +100,9 @@ void AddLine(const Context& context, const Eigen::Vector3f& body, const Neighbor
 float SearchDistance(const Context& context, const Eigen::Vector3f& point) {
   const double variance =
       context.position_variance + point.squaredNorm() * context.rotation_variance;
-  return static_cast<float>(std::clamp(3.0 * std::sqrt(variance),
-                                       context.config.max_neighbor_distance,
-                                       context.config.max_search_distance));
+  return static_cast<float>(
+      std::max(context.config.max_neighbor_distance,
+               std::min(3.0 * std::sqrt(variance), context.config.max_search_distance)));
 }
 
 template <typename AddOne>

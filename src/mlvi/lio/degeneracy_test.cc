@@ -90,6 +90,20 @@ TEST(FindDegeneracy, ALoneAxisIsAveragedOverSweeps) {
       (found.report.translation_axes.transpose() * found.report.translation_axes).isIdentity(1e-9));
 }
 
+TEST(Strike, TakesOneOfTwoDegenerateTranslationsOut) {
+  DegenerateDirections found = FindDegeneracy(InformationOf({kZ}, 200), Matrix6d::Zero(),
+                                              Eigen::Quaterniond::Identity(), {}, {});
+  ASSERT_EQ(found.report.translation_directions, 2);
+  const Eigen::Matrix3d axes = found.report.translation_axes;
+  const std::vector<Vector6d> motions = found.motions;
+  Strike(0, found);
+  EXPECT_EQ(found.report.translation_directions, 1);
+  EXPECT_EQ(found.report.translation_axes.col(0), axes.col(1));
+  EXPECT_EQ(found.report.translation_axes.col(1), axes.col(0));
+  ASSERT_EQ(found.motions.size(), motions.size() - 1);
+  EXPECT_EQ(found.motions[0], motions[1]);
+}
+
 TEST(Deflate, RemovesTheInformationAlongAMotionAndKeepsTheRest) {
   const Matrix6d A = InformationOf({kX, kY, kZ}, 50);
   const Vector6d x = (Vector6d() << 0.1, -0.2, 0.3, 0.01, 0.02, -0.03).finished();

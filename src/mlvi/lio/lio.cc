@@ -66,6 +66,7 @@ struct Lio::Impl {
   // points that fit before.
   int recovering = 0;
   bool fits_badly = false;
+  bool in_new_map = false;  // nothing has been registered since the map was begun anew
   double usual_share = 0.0;
 };
 
@@ -102,7 +103,7 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
 std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
   LioResult result;
   result.status = LioResult::Status::kRejected;
-  const Time last = start ? Time() : estimate.mean.nav.stamp;
+  const Time last = start ? start->newest_end() : estimate.mean.nav.stamp;
   if (sweep.points.empty()) {
     result.rejection = "empty sweep";
     result.reason = fmt::format("the sweep at {} has no points: driver hiccup or covered sensor",
@@ -154,13 +155,14 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
             : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
                              state.v_world_body, state.bias, samples);
     features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
-    result.new_share = map.Insert(features, state.T_world_body);
+    if (i + 1 < first->sweeps.size()) result.new_share = map.Insert(features, state.T_world_body);
     result.estimates.push_back({.state = state,
                                 .covariance = first->covariance,
                                 .degeneracy = {.information = StartInformation()}});
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
   Accept(InTheirMap(features, AnchorToMap(first->states.back(), first->covariance)));
+  map.Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.back().state = estimate.mean.nav;
   // The world is where this pose says, however well it fits the map.
   drift = PoseCovariance(estimate.covariance);
@@ -169,8 +171,8 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
   return result;
 }
 
-// The poses of the start were found one by one in a growing map, to 5 mm; in the map of them all the
-// last one is known as well as later ones.
+// The poses of the start were found one by one in a growing map, to 5 mm; in the map of the
+// others the last one is known as well as later ones.
 StateEstimate Lio::Impl::InTheirMap(const SweepFeatures& last, const StateEstimate& anchored) {
   const RegistrationResult registration = TimedRegister(last, anchored);
   const bool found = registration.converged &&
@@ -227,6 +229,7 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
   JudgeFit(registration, silent);
+  const bool trusted = silent == 0.0 && !fits_badly && registration.converged;
   if (silent > 0.0) {
     result.reason = fmt::format(
         "the IMU was silent for {:.2f} s: deskewed by its registration, kept out of the map",
@@ -243,6 +246,10 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   result.estimates.push_back({.state = estimate.mean.nav,
                               .covariance = ReportedCovariance(estimate, drift),
                               .degeneracy = registration.degeneracy});
+  // A pose that is not good enough for the map says nothing to others either; nor does one in a map
+  // that has nothing in common with the one before.
+  if (!trusted || in_new_map) result.estimates.back().degeneracy.information.setZero();
+  in_new_map = false;
   result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;
 }
@@ -274,6 +281,13 @@ LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResul
   if (silence < config.lost_after) return result;
   map.Clear();
   map.Insert(features, prior.mean.nav.T_world_body);
+  // What is unknown about the pose becomes an error of the new map, relative to which it is known.
+  drift += PoseCovariance(prior.covariance);
+  in_new_map = true;
+  lone_axis.reset();
+  fits_badly = false;
+  recovering = 0;
+  usual_share = 0.0;
   last_registered = prior.mean.nav.stamp;
   result.reason += "; a new local map begins at the predicted pose";
   result.map_restarted = true;

@@ -3,6 +3,7 @@
 #include "mlvi/lio/registration.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "mlvi/base/parallel.h"
@@ -18,6 +19,15 @@ Vector6d Row(const Correspondence& c, const Eigen::Matrix3d& R_body_world) {
   Vector6d h;
   h << c.normal, c.point.cross(R_body_world * c.normal);
   return h;
+}
+
+// The information that a noisy normal feigns: dh/dn = [I; Hat(p) R^T].
+Matrix6d FeignedInformation(const Correspondence& c, const Eigen::Matrix3d& R_body_world,
+                            double weight) {
+  Eigen::Matrix<double, 6, 2> G;
+  G << c.tilt_a, c.tilt_b, c.point.cross(R_body_world * c.tilt_a),
+      c.point.cross(R_body_world * c.tilt_b);
+  return weight * G * G.transpose();
 }
 
 // d(BoxMinus(x boxplus d, prior)) / d(d): identity but for the rotation.
@@ -40,10 +50,29 @@ struct Update {
   FilterMatrix covariance;
 };
 
-// Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above. With S
-// selecting the pose,
-//   d = -P S^T (I + A P_ss)^-1 b,   P+ = P - P S^T (I + A P_ss)^-1 A S P.
-Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vector6d b) {
+// The prior covariance given that the blind motions are exactly known. A gain taken from it leaves
+// the estimate where it is along them. (The whole prior's gain would move it: the axis that a
+// registration finds and that of earlier ones differ by noise, and where the prior leaves 2 m open,
+// 1 mm across under a direction 1e-3 off asks for 0.8 m along it.)
+FilterMatrix GivenMotions(const FilterMatrix& P, const std::vector<Vector6d>& motions) {
+  FilterMatrix given = P;
+  for (const Vector6d& motion : motions) {
+    const FilterVector with_motion = PoseColumns(given) * motion;
+    FilterVector s = FilterVector::Zero();
+    s.segment<3>(nav_index::kPosition) = motion.head<3>();
+    s.segment<3>(nav_index::kRotation) = motion.tail<3>();
+    const double variance = s.dot(with_motion);
+    if (variance > 0.0) given -= with_motion * with_motion.transpose() / variance;
+  }
+  return given;
+}
+
+// Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above, with nothing
+// known along the `blind` motions, which A and b do not contain. With S selecting the pose and P' the
+// prior covariance given these motions,
+//   K = P' S^T (I + A P'_ss)^-1,   d = -K b,   P+ = (I - K A S) P (I - K A S)^T + K A K^T.
+Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vector6d b,
+             const std::vector<Vector6d>& blind) {
   Matrix6d J_inverse = Matrix6d::Identity();
   const FilterVector e = BoxMinus(x, prior.mean);
   J_inverse.bottomRightCorner<3, 3>() = RightJacobianSo3(e.segment<3>(nav_index::kRotation));
@@ -51,36 +80,18 @@ Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vecto
   e_pose << e.segment<3>(nav_index::kPosition), e.segment<3>(nav_index::kRotation);
   b = J_inverse.transpose() * (b - A * J_inverse * e_pose);
   A = J_inverse.transpose() * A * J_inverse;
-  const PoseColumnsMatrix PS = PoseColumns(prior.covariance);
-  const Matrix6d M = Matrix6d::Identity() + A * PoseCovariance(prior.covariance);
-  const Eigen::PartialPivLU<Matrix6d> lu(M);
+  const FilterMatrix given = GivenMotions(prior.covariance, blind);
+  const Matrix6d M = Matrix6d::Identity() + A * PoseCovariance(given);
+  const PoseColumnsMatrix K = PoseColumns(given) * M.inverse();
+  FilterMatrix L = FilterMatrix::Identity();
+  const PoseColumnsMatrix KA = K * A;
+  L.middleCols<3>(nav_index::kPosition) -= KA.leftCols<3>();
+  L.middleCols<3>(nav_index::kRotation) -= KA.rightCols<3>();
   Update update;
-  update.displacement = -PS * lu.solve(b);
-  update.covariance = prior.covariance - PS * lu.solve(A) * PS.transpose();
+  update.displacement = -K * b;
+  update.covariance = L * prior.covariance * L.transpose() + KA * K.transpose();
   update.covariance = (0.5 * (update.covariance + update.covariance.transpose())).eval();
   return update;
-}
-
-// The information that noisy normals feign: dh/dn = [I; Hat(p) R^T].
-Matrix6d FeignedInformation(const std::vector<Correspondence>& correspondences,
-                            const Pose3& T_world_body, const RegistrationConfig& config) {
-  const Eigen::Matrix3d R_body_world = T_world_body.R().transpose();
-  const double inflation = config.noise_inflation * config.noise_inflation;
-  return ParallelReduce(
-      correspondences.size(), kGrain, Matrix6d(Matrix6d::Zero()),
-      [&](std::size_t begin, std::size_t end) {
-        Matrix6d sum = Matrix6d::Zero();
-        for (std::size_t i = begin; i < end; ++i) {
-          const Correspondence& c = correspondences[i];
-          for (const Eigen::Vector3d& tilt : {c.tilt_a, c.tilt_b}) {
-            Vector6d g;
-            g << tilt, c.point.cross(R_body_world * tilt);
-            sum.noalias() += g * (g / (c.variance * inflation)).transpose();
-          }
-        }
-        return sum;
-      },
-      [](Matrix6d& sum, const Matrix6d& part) { sum += part; });
 }
 
 bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig& config) {
@@ -109,18 +120,6 @@ double InformationAlong(const PoseNormalEquations& sums, const Eigen::Vector3d& 
   const double gradient = inflation * axis.dot(sums.b.head<3>());
   const double unexplained = sums.chi_square - gradient * gradient / information;
   return information / std::max(1.0, unexplained / (sums.weights - 1.0));
-}
-
-// The motions that the prior expects to go with the degenerate ones: v <- P v / (v^T P v). Only
-// along these is the measurement blind to what the prior leaves open. Blind along v itself, which
-// differs by the noise of the axis, it would see a little of the prior's long axis: with 2 m along
-// a corridor, 1 mm across under a direction 1e-3 off moves the estimate by 0.8 m.
-void FollowPrior(const Matrix6d& pose_covariance, std::vector<Vector6d>& motions) {
-  for (Vector6d& motion : motions) {
-    const Vector6d expected = pose_covariance * motion;
-    const double variance = motion.dot(expected);
-    if (variance > 0.0) motion = expected / variance;
-  }
 }
 
 // Takes out of the normal equations what noisy normals feign along the weak directions. Surfaces
@@ -174,6 +173,7 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
       const double w = robust / (c.variance * inflation);
       sum.A.noalias() += (w * h) * h.transpose();
       sum.b += (w * z) * h;
+      sum.feigned += FeignedInformation(c, R_body_world, w);
       sum.weighted_squares += robust * z * z;
       sum.weights += robust;
       sum.chi_square += robust * z * z / c.variance;
@@ -185,6 +185,7 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
                         [](PoseNormalEquations& sum, const PoseNormalEquations& part) {
                           sum.A += part.A;
                           sum.b += part.b;
+                          sum.feigned += part.feigned;
                           sum.weighted_squares += part.weighted_squares;
                           sum.weights += part.weights;
                           sum.chi_square += part.chi_square;
@@ -218,15 +219,14 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
           sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
       DegenerateDirections directions =
-          FindDegeneracy(sums.A, FeignedInformation(correspondences, x.nav.T_world_body, config),
-                         x.nav.T_world_body.rotation(), last_axis, degeneracy);
-      FollowPrior(PoseCovariance(prior.covariance), directions.motions);
+          FindDegeneracy(sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
       LeaveOutFeigned(correspondences, x.nav.T_world_body, config, degeneracy, sums, directions);
-      const Update update = Solve(prior, x, sums.A, sums.b);
+      const Update update = Solve(prior, x, sums.A, sums.b, directions.motions);
       const FilterState next = BoxPlus(prior.mean, update.displacement);
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();
       result.estimate = {next, J_inverse * update.covariance * J_inverse.transpose()};
       result.degeneracy = directions.report;
+      result.degeneracy.information = InPoseChart(sums.A, x.nav.T_world_body.R());
       result.lone_axis = directions.lone_axis;
       const bool small = Small(next, x, config);
       x = next;

@@ -25,6 +25,7 @@ struct RegistrationResult {
 struct PoseNormalEquations {
   Matrix6d A = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
+  Matrix6d feigned = Matrix6d::Zero();           // the part of A that noisy normals feign
   double weighted_squares = 0.0, weights = 0.0;  // of residuals in m, by robust weight
   double chi_square = 0.0;                       // of residuals in sigmas, by robust weight
   int inliers = 0;

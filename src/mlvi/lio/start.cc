@@ -117,6 +117,7 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
       Register(kept.features, map_, prior, *rig_.lidar, {}, registration, config_.degeneracy);
   kept.T_start_body = result.estimate.mean.nav.T_world_body;
   kept.covariance = StepCovariance(result.estimate);
+  kept.turn_unseen = result.degeneracy.rotation_directions > 0;
   return kept;
 }
 
@@ -155,16 +156,20 @@ std::optional<StartResult> Start::TryStatic() {
     why_ = "one sweep alone cannot tell rest from motion";
     return std::nullopt;
   }
-  const auto at_rest = InitializeAtRest(imu_, rig_.imu, rig_.gravity, &why_);
+  const auto at_rest = InitializeAtRest(
+      SamplesBetween(imu_, kept_.front().sweep.end(), kept_.back().sweep.end()), rig_.imu,
+      rig_.gravity, &why_);
   if (!at_rest || at_rest->states.empty()) return TryMoving();
   StartResult result{
       .states = {}, .covariance = at_rest->covariance, .sweeps = {}, .method = "static"};
   // Nobody stands perfectly still: the slow turn that the sweeps show is not a bias of the gyroscope.
-  const Eigen::Vector3d turn_rate = TurnRate();
+  // Where the surroundings do not tell the turn, the registered one is the gyroscopes' own.
   NavState state = at_rest->states.back();
-  state.bias.gyroscope -= turn_rate;
-  result.covariance.diagonal().segment<3>(nav_index::kGyroscopeBias).array() +=
-      std::pow(TurnRateSigma(), 2);
+  if (TellsTurn()) {
+    state.bias.gyroscope -= TurnRate();
+    result.covariance.diagonal().segment<3>(nav_index::kGyroscopeBias).array() +=
+        std::pow(TurnRateSigma(), 2);
+  }
   const Pose3 T_world_start = state.T_world_body * kept_.back().T_start_body.inverse();
   for (const Kept& kept : kept_) {
     state.stamp = kept.sweep.end();
@@ -173,6 +178,11 @@ std::optional<StartResult> Start::TryStatic() {
     result.sweeps.push_back(kept.sweep);
   }
   return result;
+}
+
+bool Start::TellsTurn() const {
+  return Span() > 0.0 && std::none_of(kept_.begin(), kept_.end(),
+                                      [](const Kept& kept) { return kept.turn_unseen; });
 }
 
 double Start::Span() const {

@@ -33,6 +33,8 @@ class Start {
   // what for.
   std::optional<StartResult> Add(const LidarSweep& sweep, std::span<const ImuSample> imu);
   const std::string& why() const { return why_; }
+  // The end of the newest sweep; invalid before the first.
+  Time newest_end() const { return kept_.empty() ? Time() : kept_.back().sweep.end(); }
 
  private:
   struct Kept {
@@ -40,12 +42,14 @@ class Start {
     Pose3 T_start_body;   // at the end of the sweep
     Matrix6d covariance;  // of its registration, pose chart
     SweepFeatures features;
+    bool turn_unseen = false;  // the registration could not tell some rotation
   };
 
   Kept Registered(const LidarSweep& sweep) const;
   void RebuildMap();
   void DropOldest();
   bool AtRest() const;
+  bool TellsTurn() const;
   double Span() const;                // s
   Eigen::Vector3d TurnRate() const;   // rad/s, mean, body frame, by the registered sweeps
   double TurnRateSigma() const;       // rad/s, of TurnRate() at rest
