@@ -38,9 +38,6 @@ DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d&
                                     const std::optional<Eigen::Vector3d>& last_axis,
                                     const DegeneracyConfig& config);
 
-// Information on (world position, body rotation) in the chart of BoxMinus of poses.
-Matrix6d InPoseChart(const Matrix6d& information, const Eigen::Matrix3d& R_world_body);
-
 // Takes the translation at place `translation` of the report out of the degenerate ones; its axis
 // moves behind those that remain.
 void Strike(int translation, DegenerateDirections& directions);

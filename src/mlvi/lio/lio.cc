@@ -229,7 +229,6 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
   JudgeFit(registration, silent);
-  const bool trusted = silent == 0.0 && !fits_badly && registration.converged;
   if (silent > 0.0) {
     result.reason = fmt::format(
         "the IMU was silent for {:.2f} s: deskewed by its registration, kept out of the map",
@@ -246,9 +245,8 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   result.estimates.push_back({.state = estimate.mean.nav,
                               .covariance = ReportedCovariance(estimate, drift),
                               .degeneracy = registration.degeneracy});
-  // A pose that is not good enough for the map says nothing to others either; nor does one in a map
-  // that has nothing in common with the one before.
-  if (!trusted || in_new_map) result.estimates.back().degeneracy.information.setZero();
+  // A pose in a map that has nothing in common with the one before binds it to nothing.
+  if (in_new_map) result.estimates.back().degeneracy.information.setZero();
   in_new_map = false;
   result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;

@@ -226,7 +226,6 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();
       result.estimate = {next, J_inverse * update.covariance * J_inverse.transpose()};
       result.degeneracy = directions.report;
-      result.degeneracy.information = InPoseChart(sums.A, x.nav.T_world_body.R());
       result.lone_axis = directions.lone_axis;
       const bool small = Small(next, x, config);
       x = next;

@@ -154,8 +154,6 @@ TEST_F(RegistrationTest, AnUncertainAxisDoesNotTurnNoiseAcrossItIntoMotionAlongI
   EXPECT_NEAR(p.y(), truth_.translation().y(), 0.005);
   EXPECT_GT(std::sqrt(result.estimate.covariance(0, 0)), 1.5);
   EXPECT_LT(std::sqrt(result.estimate.covariance(1, 1)), 0.005);
-  const Eigen::Vector3d axis = truth_.R().transpose() * Eigen::Vector3d::UnitX();
-  EXPECT_LT(axis.dot(result.degeneracy.information.topLeftCorner<3, 3>() * axis), 1.0);
 }
 
 TEST_F(RegistrationTest, SaysSoWhenThereIsNothingToRegisterTo) {
