@@ -17,13 +17,30 @@ using nav_index::kPosition;
 using nav_index::kRotation;
 using nav_index::kVelocity;
 
-// The Stumpff function c_k(x) = sum_n (-x)^n / (2n + k)! and its derivative. Twelve terms reach
-// double precision for x < 10, that is turns of up to half a circle within one interval.
+// The Stumpff function c_k(x) = sum_n (-x)^n / (2n + k)! and its derivative.
 struct Stumpff {
   double value, derivative;
 };
 
+// From c_0 = cos and c_1 = sin / theta, theta^2 = x, by c_k+2 = (1 / k! - c_k) / x; the derivative
+// is (c_k-1 - k c_k) / (2 x). For pauses of the IMU, in which rates held for long turn far.
+Stumpff StumpffOfLargeTurn(int k, double x) {
+  const double theta = std::sqrt(x);
+  double before = std::cos(theta), c = std::sin(theta) / theta;  // c_0, c_1
+  double factorial = 1.0;                                        // (i - 2)!
+  for (int i = 2; i <= k; ++i) {
+    const double next = (1.0 / factorial - before) / x;
+    before = c;
+    c = next;
+    factorial *= i - 1;
+  }
+  return {.value = c, .derivative = (before - k * c) / (2.0 * x)};
+}
+
+// Twelve terms of the series reach double precision for x < 10, that is turns of up to half a circle
+// within one interval.
 Stumpff EvaluateStumpff(int k, double x) {
+  if (x > 8.0) return StumpffOfLargeTurn(k, x);
   double factorial = 1.0;
   for (int i = 2; i <= k; ++i) factorial *= i;
   double term = 1.0 / factorial;  // of (-x)^n, without the power
