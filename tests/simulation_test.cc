@@ -5,6 +5,7 @@
 // back as what was simulated, and the command line makes complete recordings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -24,7 +25,7 @@ namespace {
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(const std::string& name)
-      : path_(std::filesystem::path(testing::TempDir()) / ("mlvi_simulation_" + name)) {
+      : path_(std::filesystem::path(testing::TempDir()) / fmt::format("mlvi_simulation_{}_{}", name, getpid())) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
