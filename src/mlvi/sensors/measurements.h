@@ -51,6 +51,14 @@ struct Image {
   std::vector<std::uint8_t> pixels;  // row-major, width * height * channels
 };
 
+// What the cameras saw at (nearly) the same time: at most one image per camera, in the order of the cameras' indices.
+// Cameras that delivered nothing are absent. Each image keeps its own stamp; `stamp` is the latest of them, so that an
+// IMU that covers the set covers every image.
+struct ImageSet {
+  Time stamp;
+  std::vector<Image> images;
+};
+
 using Measurement = std::variant<ImuSample, LidarSweep, Image>;
 
 // The instant from which on the measurement could have been known: the last firing of a sweep, the stamp of others.
