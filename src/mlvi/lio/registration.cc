@@ -14,6 +14,7 @@ namespace {
 constexpr std::size_t kGrain = 512;
 constexpr int kSolvesPerAssociation = 2;
 using PoseColumnsMatrix = Eigen::Matrix<double, kFilterSize, 6>;
+using Axes = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;  // up to three, as columns
 
 Vector6d Row(const Correspondence& c, const Eigen::Matrix3d& R_body_world) {
   Vector6d h;
@@ -68,8 +69,8 @@ FilterMatrix GivenMotions(const FilterMatrix& P, const std::vector<Vector6d>& mo
 }
 
 // Minimises |d|^2_P + sum w (z + h J^-1 (d - e))^2, e = x boxminus prior, J as above, with nothing
-// known along the `blind` motions, which A and b do not contain. With S selecting the pose and P' the
-// prior covariance given these motions,
+// known along the `blind` motions, which A and b do not contain. With S selecting the pose and P'
+// the prior covariance given these motions,
 //   K = P' S^T (I + A P'_ss)^-1,   d = -K b,   P+ = (I - K A S) P (I - K A S)^T + K A K^T.
 Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vector6d b,
              const std::vector<Vector6d>& blind) {
@@ -102,11 +103,12 @@ bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig&
 
 // The constraints whose surfaces face along one of the axes (columns).
 std::vector<Correspondence> Facing(const std::vector<Correspondence>& correspondences,
-                                   const Eigen::Matrix3Xd& axes, double min_facing) {
+                                   const Axes& axes, double min_facing) {
   std::vector<Correspondence> facing;
   for (const Correspondence& c : correspondences) {
-    const Eigen::VectorXd cosines = axes.transpose() * c.normal;
-    if ((cosines.array().abs() > min_facing).any()) facing.push_back(c);
+    bool faces = false;
+    for (int i = 0; i < axes.cols(); ++i) faces |= std::abs(axes.col(i).dot(c.normal)) > min_facing;
+    if (faces) facing.push_back(c);
   }
   return facing;
 }
@@ -129,13 +131,14 @@ double InformationAlong(const PoseNormalEquations& sums, const Eigen::Vector3d& 
 void LeaveOutFeigned(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
                      const RegistrationConfig& config, const DegeneracyConfig& degeneracy,
                      PoseNormalEquations& sums, DegenerateDirections& directions) {
+  if (directions.motions.empty()) return;
   const std::vector<Vector6d> weak = directions.motions;
   const double least = 1.0 / (degeneracy.max_translation_sigma * degeneracy.max_translation_sigma);
-  Eigen::Matrix3Xd told(3, 0);
+  Axes told(3, 0);
   for (int i = directions.report.translation_directions - 1; i >= 0; --i) {
     const Eigen::Vector3d axis = directions.report.translation_axes.col(i);
-    const PoseNormalEquations facing = Linearize(
-        Facing(correspondences, axis, degeneracy.min_facing), T_world_body, config);
+    const PoseNormalEquations facing =
+        Linearize(Facing(correspondences, axis, degeneracy.min_facing), T_world_body, config);
     if (facing.inliers < degeneracy.min_facing_count ||
         InformationAlong(facing, axis, config.noise_inflation) < least) {
       continue;
@@ -143,6 +146,10 @@ void LeaveOutFeigned(const std::vector<Correspondence>& correspondences, const P
     told.conservativeResize(3, told.cols() + 1);
     told.rightCols<1>() = axis;
     Strike(i, directions);
+  }
+  if (told.cols() == 0) {
+    Deflate(weak, sums.A, sums.b);
+    return;
   }
   PoseNormalEquations facing =
       Linearize(Facing(correspondences, told, degeneracy.min_facing), T_world_body, config);
@@ -196,16 +203,15 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
                             const StateEstimate& prior, const LidarSpec& lidar,
                             const std::optional<Eigen::Vector3d>& last_axis,
-                            const RegistrationConfig& config,
-                            const DegeneracyConfig& degeneracy) {
+                            const RegistrationConfig& config, const DegeneracyConfig& degeneracy) {
   RegistrationResult result;
   result.estimate = prior;
   result.offered = static_cast<int>(features.planes.size() + features.edges.size());
   Viewpoint view{.T_world_body = prior.mean.nav.T_world_body,
-                             .pose_covariance = PoseCovariance(prior.covariance),
-                             .p_body_lidar = lidar.T_body_lidar.translation(),
-                             .range_noise = lidar.range_noise,
-                             .beam_noise = lidar.beam_noise};
+                 .pose_covariance = PoseCovariance(prior.covariance),
+                 .p_body_lidar = lidar.T_body_lidar.translation(),
+                 .range_noise = lidar.range_noise,
+                 .beam_noise = lidar.beam_noise};
   FilterState x = prior.mean;
   while (!result.converged && result.iterations < config.max_iterations) {
     ++result.iterations;
@@ -218,8 +224,8 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       result.rms_residual =
           sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
-      DegenerateDirections directions =
-          FindDegeneracy(sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
+      DegenerateDirections directions = FindDegeneracy(
+          sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
       LeaveOutFeigned(correspondences, x.nav.T_world_body, config, degeneracy, sums, directions);
       const Update update = Solve(prior, x, sums.A, sums.b, directions.motions);
       const FilterState next = BoxPlus(prior.mean, update.displacement);
