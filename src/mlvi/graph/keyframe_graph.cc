@@ -44,7 +44,7 @@ void GraphConfig::Declare(ConfigDeclaration& d) {
           {0.01, 100.0});
   d.Field("keyframe_angle", keyframe_angle, "rad", "A keyframe at least so often: new views", {0.01, 6.3});
   d.Field("keyframe_interval", keyframe_interval, "s",
-          "A keyframe at least so often, also at rest: preintegration loses validity over long times", {0.1, 1e4});
+          "A keyframe at least so often, also at rest: preintegration loses validity over long times", {0.1, 60.0});
   d.Field("lidar_position_sigma", lidar_position_sigma, "m",
           "Floor of the LiDAR odometry's uncertainty between keyframes: errors that the map shares", {1e-6, 1.0});
   d.Field("lidar_rotation_sigma", lidar_rotation_sigma, "rad",

@@ -90,6 +90,27 @@ TEST(KeyframeGraph, ReproducesExactMeasurements) {
   }
 }
 
+// The odometry's frame is a matter of convention, as long as it is level.
+TEST(KeyframeGraph, AnotherFrameOfTheOdometryGivesTheSameFactors) {
+  const Pose3 T_other(ExpSo3({0.0, 0.0, 2.0}), {30.0, -20.0, 5.0});
+  KeyframeGraph graph({}, TestRig()), other({}, TestRig());
+  for (double t = 0.0; t < 10.0; t += kStep) {
+    OdometryEstimate estimate = EstimateOf(CircleState(t));
+    // The odometry errs, so that there is something to correct.
+    estimate.degeneracy.information *= 1e-2;
+    estimate.state.T_world_body = Pose3::FromTranslation({0.0, 0.0, 0.01 * t}) * estimate.state.T_world_body;
+    AddAt(graph, t, estimate);
+    estimate.state.T_world_body = T_other * estimate.state.T_world_body;
+    estimate.state.v_world_body = T_other.rotation() * estimate.state.v_world_body;
+    AddAt(other, t, estimate);
+  }
+  for (const Keyframe& keyframe : graph.keyframes()) {
+    const NavState a = graph.Estimate(keyframe.id), b = other.Estimate(keyframe.id);
+    EXPECT_LT(BoxMinus(T_other * a.T_world_body, b.T_world_body).norm(), 1e-6);
+    EXPECT_LT((T_other.rotation() * a.v_world_body - b.v_world_body).norm(), 1e-6);
+  }
+}
+
 TEST(KeyframeGraph, OdometryErrorsAlongDegenerateDirectionsDoNotEnter) {
   KeyframeGraph graph({}, TestRig());
   for (double t = 0.0; t < 4.0; t += kStep) {

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/filter_state.h"
 
-#include <algorithm>
-#include <cmath>
 
 #include "mlvi/imu/propagation.h"
 
@@ -97,19 +95,6 @@ Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimat
   F.topRightCorner<3, 3>() = -Hat(T.translation() - from.translation()) * from.R();
   F.bottomRightCorner<3, 3>() = (T.rotation().conjugate() * from.rotation()).toRotationMatrix();
   return F * drift * F.transpose() + new_share * PoseCovariance(to.covariance);
-}
-
-StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old,
-                         const NavState& corrected) {
-  // Exp(tilt) z = (tilt_y, -tilt_x, 1) to first order, and exactly in direction.
-  const Eigen::Vector3d up = R_new_old * TiltRotation(old.mean.tilt) * Eigen::Vector3d::UnitZ();
-  const double angle = std::acos(std::clamp(up.z(), -1.0, 1.0));
-  const double sine = std::max(std::hypot(up.x(), up.y()), 1e-12);
-  FilterMatrix turn = FilterMatrix::Identity();
-  turn.topLeftCorner<15, 15>() = WorldRotation(R_new_old);
-  turn.bottomRightCorner<2, 2>() = R_new_old.toRotationMatrix().topLeftCorner<2, 2>();
-  return {.mean = {corrected, angle / sine * Eigen::Vector2d(-up.y(), up.x())},
-          .covariance = turn * old.covariance * turn.transpose()};
 }
 
 Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples,

@@ -63,12 +63,6 @@ Matrix6d PoseCovariance(const FilterMatrix& covariance);
 Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to,
                     double new_share);
 
-// The estimate after the world has been turned by `R_new_old` and the state replaced by
-// `corrected`, which describes the same instant in the new world. Gravity and the covariance keep
-// their directions relative to the map.
-StateEstimate InNewWorld(const StateEstimate& old, const Eigen::Quaterniond& R_new_old,
-                         const NavState& corrected);
-
 struct Prediction {
   std::vector<NavState> trajectory;  // one per sample
   StateEstimate end;                 // of the last sample

@@ -83,21 +83,6 @@ TEST_F(FilterStateTest, AnchoringMovesRollAndPitchIntoTheTilt) {
   EXPECT_NEAR(world(1, 1), 4e-4, 1e-5);
 }
 
-TEST_F(FilterStateTest, ANewWorldPredictsTheSameMotion) {
-  start_.mean.tilt = {0.05, -0.04};
-  const Pose3 T_new_old(ExpSo3(Eigen::Vector3d(0.1, -0.05, 1.2)), Eigen::Vector3d(3.0, 1.0, -2.0));
-  NavState corrected = start_.mean.nav;
-  corrected.T_world_body = T_new_old * corrected.T_world_body;
-  corrected.v_world_body = T_new_old.rotation() * corrected.v_world_body;
-  const StateEstimate turned = InNewWorld(start_, T_new_old.rotation(), corrected);
-  const NavState before = From(start_.mean).end.mean.nav;
-  const NavState after = From(turned.mean).end.mean.nav;
-  EXPECT_LT(
-      (after.T_world_body.translation() - T_new_old * before.T_world_body.translation()).norm(),
-      1e-9);
-  EXPECT_LT((after.v_world_body - T_new_old.rotation() * before.v_world_body).norm(), 1e-9);
-}
-
 TEST_F(FilterStateTest, APreciseMotionGuessDecidesTheRelativePose) {
   start_.mean.nav.v_world_body +=
       Eigen::Vector3d(0.1, -0.2, 0.05);  // so that the IMU predicts a wrong motion

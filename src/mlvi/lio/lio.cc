@@ -17,6 +17,12 @@ namespace mlvi {
 
 namespace {
 
+// Older samples are forgotten, needed or not: an estimate that does not move on must not fill memory.
+// Longer than any start, whose own sweeps span at most start.max_span.
+Duration ImuMemory(const LioConfig& config) {
+  return Duration::FromSeconds(std::max(60.0, 2.0 * config.start.max_span));
+}
+
 LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
   LioResult result;
   result.status = status;
@@ -38,6 +44,7 @@ struct Lio::Impl {
 
   std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
   void Remember(std::span<const ImuSample> samples);
+  void Forget(Time before);
   LioResult Begin(const LidarSweep& sweep);
   StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored);
   double SilentTimeUntil(Time end) const;
@@ -73,6 +80,8 @@ struct Lio::Impl {
 Lio::Lio(const LioConfig& config, const Rig& rig, StageTimes& times)
     : impl_(std::make_unique<Impl>(config, rig, times)) {}
 Lio::~Lio() = default;
+
+std::size_t Lio::imu_samples() const { return impl_->imu.size(); }
 
 LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
                        const std::optional<MotionPrior>& guess) {
@@ -134,6 +143,15 @@ void Lio::Impl::Remember(std::span<const ImuSample> samples) {
   for (const ImuSample& sample : samples) {
     if (imu.empty() || sample.stamp > imu.back().stamp) imu.push_back(sample);
   }
+  if (!imu.empty()) Forget(imu.back().stamp - ImuMemory(config));
+}
+
+void Lio::Impl::Forget(Time before) {
+  // The last sample before stays: interpolation at that instant needs it.
+  const auto first =
+      std::upper_bound(imu.begin(), imu.end(), before,
+                       [](Time t, const ImuSample& sample) { return t < sample.stamp; });
+  if (first != imu.begin()) imu.erase(imu.begin(), first - 1);
 }
 
 LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
@@ -213,10 +231,7 @@ RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features,
 
 void Lio::Impl::Accept(const StateEstimate& accepted) {
   estimate = accepted;
-  // The last sample before the estimate stays: interpolation at its instant needs it.
-  auto first = std::upper_bound(imu.begin(), imu.end(), estimate.mean.nav.stamp,
-                                [](Time t, const ImuSample& sample) { return t < sample.stamp; });
-  if (first != imu.begin()) imu.erase(imu.begin(), first - 1);
+  Forget(estimate.mean.nav.stamp);
 }
 
 LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration,
@@ -290,20 +305,6 @@ LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResul
   result.reason += "; a new local map begins at the predicted pose";
   result.map_restarted = true;
   return result;
-}
-
-void Lio::Correct(const NavState& corrected) {
-  if (impl_->start) return;
-  const FilterState& old = impl_->estimate.mean;
-  MLVI_CHECK(corrected.stamp == old.nav.stamp, "corrected state of {} for an estimate at {}",
-             ToString(corrected.stamp), ToString(old.nav.stamp));
-  const Pose3 T_new_old = corrected.T_world_body * old.nav.T_world_body.inverse();
-  impl_->map.Transform(T_new_old);
-  impl_->estimate = InNewWorld(impl_->estimate, T_new_old.rotation(), corrected);
-  Matrix6d turn = Matrix6d::Identity();
-  turn.topLeftCorner<3, 3>() = T_new_old.R();
-  impl_->drift = turn * impl_->drift * turn.transpose();
-  if (impl_->lone_axis) impl_->lone_axis = T_new_old.rotation() * *impl_->lone_axis;
 }
 
 }  // namespace mlvi

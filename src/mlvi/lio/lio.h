@@ -59,9 +59,8 @@ class Lio {
   LioResult Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
                     const std::optional<MotionPrior>& guess = std::nullopt);
 
-  // Takes over a state corrected by the graph, valid at the instant of the last estimate: the local
-  // map moves with it.
-  void Correct(const NavState& corrected);
+  // IMU samples kept for the next sweep: bounded, whatever becomes of the sweeps.
+  std::size_t imu_samples() const;
 
  private:
   struct Impl;

@@ -42,12 +42,6 @@ double LocalMap::Insert(const SweepFeatures& features, const Pose3& T_world_body
   return offered == 0 ? 0.0 : static_cast<double>(kept) / static_cast<double>(offered);
 }
 
-void LocalMap::Transform(const Pose3& T_new_old) {
-  planes_.Transform(T_new_old);
-  edges_.Transform(T_new_old);
-  last_erase_ = T_new_old * last_erase_;
-}
-
 void LocalMap::Clear() {
   planes_.Clear();
   edges_.Clear();

@@ -15,7 +15,6 @@ class LocalMap {
   // Inserts a sweep seen from `T_world_body` and erases what is far from there. Returns the share
   // of its points that were new to the map, in [0, 1].
   double Insert(const SweepFeatures& features, const Pose3& T_world_body);
-  void Transform(const Pose3& T_new_old);
   void Clear();
 
   const VoxelMap& planes() const { return planes_; }

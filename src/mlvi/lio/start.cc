@@ -72,18 +72,12 @@ std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const I
   kept_.push_back(Registered(sweep));
   if (kept_.size() == 2) {
     // The first sweep was deskewed without a velocity; now there is one.
-    velocity_ = (kept_[1].T_start_body.translation() - kept_[0].T_start_body.translation()) /
-                std::max(1e-3, (kept_[1].sweep.end() - kept_[0].sweep.end()).seconds());
+    velocity_ = LastVelocity();
     RebuildMap();
     kept_.pop_back();
     kept_.push_back(Registered(sweep));
   }
-  if (kept_.size() >= 2) {
-    const Kept& a = kept_[kept_.size() - 2];
-    const Kept& b = kept_.back();
-    velocity_ = (b.T_start_body.translation() - a.T_start_body.translation()) /
-                std::max(1e-3, (b.sweep.end() - a.sweep.end()).seconds());
-  }
+  if (kept_.size() >= 2) velocity_ = LastVelocity();
   map_.Insert(kept_.back().features, kept_.back().T_start_body);
   if (auto result = AtRest() ? TryStatic() : TryMoving()) return result;
   while (Span() > config_.start.max_span) DropOldest();
@@ -187,6 +181,13 @@ bool Start::TellsTurn() const {
 
 double Start::Span() const {
   return (kept_.back().sweep.end() - kept_.front().sweep.end()).seconds();
+}
+
+Eigen::Vector3d Start::LastVelocity() const {
+  const Kept& a = kept_[kept_.size() - 2];
+  const Kept& b = kept_.back();
+  return (b.T_start_body.translation() - a.T_start_body.translation()) /
+         std::max(1e-3, (b.sweep.end() - a.sweep.end()).seconds());
 }
 
 Eigen::Vector3d Start::TurnRate() const {

@@ -50,7 +50,8 @@ class Start {
   void DropOldest();
   bool AtRest() const;
   bool TellsTurn() const;
-  double Span() const;                // s
+  double Span() const;                   // s
+  Eigen::Vector3d LastVelocity() const;  // m/s, of the last step, in the start frame
   Eigen::Vector3d TurnRate() const;   // rad/s, mean, body frame, by the registered sweeps
   double TurnRateSigma() const;       // rad/s, of TurnRate() at rest
   std::optional<StartResult> TryStatic();

@@ -14,8 +14,16 @@ namespace mlvi {
 // The recent IMU samples in one contiguous run, trimmed as the estimate moves on.
 class ImuBuffer {
  public:
+  // Samples older than the newest by more than `longest` are forgotten, needed or not: an estimate
+  // that does not move on (a start that never comes about, a LiDAR that has died) must not fill
+  // memory.
+  explicit ImuBuffer(Duration longest) : longest_(longest) {}
+
   // `sample` must be newer than all before.
-  void Add(const ImuSample& sample) { samples_.push_back(sample); }
+  void Add(const ImuSample& sample) {
+    samples_.push_back(sample);
+    TrimBefore(sample.stamp - longest_);
+  }
 
   // The samples of [from, to], interpolated at both ends (SamplesBetween).
   std::vector<ImuSample> Between(Time from, Time to) const {
@@ -42,6 +50,7 @@ class ImuBuffer {
     return later == samples_.begin() ? later : later - 1;
   }
 
+  Duration longest_;
   std::vector<ImuSample> samples_;
 };
 

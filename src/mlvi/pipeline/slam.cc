@@ -6,11 +6,13 @@
 
 #include <algorithm>
 
+#include "mlvi/pipeline/frame_change.h"
+
 namespace mlvi {
 namespace {
 
-// IMU samples older than this are of no use to a start that has not come about.
-constexpr Duration kLongestStart = Duration::FromMilliseconds(30'000);
+// More than the longest start (start.max_span) and the longest factor (graph.keyframe_interval) need.
+constexpr Duration kImuMemory = Duration::FromMilliseconds(120'000);
 
 }  // namespace
 
@@ -19,7 +21,7 @@ void SlamConfig::Declare(ConfigDeclaration& d) {
   d.Section("lio", lio);
   d.Section("graph", graph);
   d.Field("feedback", feedback, {"never", "after_loops", "always"},
-          "When the graph's state and biases go back to the odometry");
+          "When the graph's correction is applied to the causal poses");
   d.Section("supervisor", supervisor);
 }
 
@@ -30,7 +32,8 @@ Slam::Slam(const SlamConfig& config, const Rig& rig)
       sequencer_(config.sequencer, events_),
       supervisor_(config.supervisor, rig, events_),
       lio_(config.lio, rig, *times_),
-      graph_(config.graph, rig) {}
+      graph_(config.graph, rig),
+      imu_(kImuMemory) {}
 
 void Slam::Process(const Measurement& measurement) {
   for (const Measurement& ordered : sequencer_.Push(measurement)) ProcessOrdered(ordered);
@@ -62,23 +65,24 @@ void Slam::ProcessImu(const ImuSample& sample) {
 void Slam::ProcessSweep(const LidarSweep& sweep) {
   const StageTimes::Scope scope(*times_, "sweep");
   const LioResult result = lio_.Process(sweep, imu_.Between(imu_needed_from_, sweep.end()));
-  supervisor_.Observe(sweep, result);
-  if (result.status == LioResult::Status::kRejected) return;
   imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
-  if (graph_.keyframes().empty()) imu_.TrimBefore(imu_needed_from_ - kLongestStart);
+  supervisor_.Observe(sweep, result);
   for (std::size_t i = 0; i < result.estimates.size(); ++i) TakeEstimate(result.estimates[i], result.clouds[i]);
 }
 
 void Slam::TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
-  newest_ = estimate;
-  odometry_.push_back({estimate.state.stamp, estimate.state.T_world_body});
+  odometry_.push_back({estimate.state.stamp, T_world_odometry_ * estimate.state.T_world_body});
   if (graph_.WantsKeyframe(estimate.state)) AddKeyframe(estimate, cloud);
+  newest_ = InFrame(T_world_odometry_, estimate);
+  PropagateFromNewest();
   if (graph_.keyframes().empty()) return;
   const Keyframe& keyframe = graph_.keyframes().back();
   anchored_.push_back({.stamp = estimate.state.stamp,
                        .keyframe = keyframe.id,
                        .T_keyframe_body = keyframe.state.T_world_body.inverse() * estimate.state.T_world_body});
-  // Propagation goes on from the newest estimate.
+}
+
+void Slam::PropagateFromNewest() {
   const Time reached = current_ ? std::max(current_->stamp, newest_->state.stamp) : newest_->state.stamp;
   current_ = newest_->state;
   if (const auto ahead = imu_.Between(current_->stamp, reached); ahead.size() > 1) {
@@ -99,12 +103,14 @@ void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<c
     return;
   }
   imu_.TrimBefore(estimate.state.stamp);
-  const bool informed = graph_.loops() > 0;
-  if (!first && (config_.feedback == GraphFeedback::kAlways ||
-                 (config_.feedback == GraphFeedback::kAfterLoops && informed))) {
-    lio_.Correct(update->newest);
-    newest_->state = update->newest;
+  if (TakesFeedback()) {
+    T_world_odometry_ = update->newest.T_world_body * estimate.state.T_world_body.inverse();
   }
+}
+
+bool Slam::TakesFeedback() const {
+  return config_.feedback == GraphFeedback::kAlways ||
+         (config_.feedback == GraphFeedback::kAfterLoops && graph_.loops() > 0);
 }
 
 Trajectory Slam::SmoothedTrajectory() const {

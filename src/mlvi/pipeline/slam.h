@@ -50,14 +50,20 @@ class Slam {
   // Events reach subscribers while Process runs.
   EventBus& events() { return events_; }
 
-  // T_world_body at the last firing of each sweep, causal: as it was when the sweep came in.
+  // T_world_body at the last firing of each sweep, causal: as it was when the sweep came in, with the correction by the
+  // graph that was known then (SlamConfig::feedback).
   const Trajectory& odometry() const { return odometry_; }
   // The same instants after smoothing: every sweep moves with its keyframe.
   Trajectory SmoothedTrajectory() const;
   // The newest state propagated to the newest IMU sample; empty before the start.
   const std::optional<NavState>& current() const { return current_; }
-  // The newest filtered estimate with covariance and degeneracy.
+  // The newest filtered estimate with covariance and degeneracy, in the world.
   const std::optional<OdometryEstimate>& newest() const { return newest_; }
+  // The frame in which the odometry runs, seen from the world: what the graph has corrected so far. Keyframes hold their
+  // poses in the odometry's frame, `graph()` knows them in the world.
+  const Pose3& T_world_odometry() const { return T_world_odometry_; }
+  // IMU samples kept for the next sweep and keyframe: bounded.
+  std::size_t imu_samples() const { return imu_.size(); }
 
   const KeyframeGraph& graph() const { return graph_; }
   const Supervisor& supervisor() const { return supervisor_; }
@@ -76,6 +82,8 @@ class Slam {
   void ProcessSweep(const LidarSweep& sweep);
   void TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
   void AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
+  bool TakesFeedback() const;
+  void PropagateFromNewest();
 
   SlamConfig config_;
   Rig rig_;
@@ -87,6 +95,7 @@ class Slam {
   KeyframeGraph graph_;
   ImuBuffer imu_;
   Time imu_needed_from_;  // start of the next interval to be handed to the odometry
+  Pose3 T_world_odometry_;
   Trajectory odometry_;
   std::vector<Anchored> anchored_;
   std::optional<NavState> current_;

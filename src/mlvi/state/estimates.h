@@ -49,7 +49,7 @@ using KeyframeId = Id<struct KeyframeTag>;
 
 struct Keyframe {
   KeyframeId id;
-  NavState state;                            // as the odometry saw it
+  NavState state;                            // as the odometry saw it, in its frame
   std::shared_ptr<const PointCloud> points;  // body frame, deskewed to state.stamp, thinned
 };
 
