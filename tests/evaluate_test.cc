@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <cstring>
@@ -20,6 +19,7 @@
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/io/text_table.h"
 #include "mlvi/io/tum.h"
+#include "temporary_folder.h"
 
 namespace mlvi {
 namespace {
@@ -262,12 +262,6 @@ Outcome RunEvaluate(const std::string& arguments) {
 
 class EvaluateCommand : public ::testing::Test {
  protected:
-  EvaluateCommand() {
-    folder_ = std::filesystem::temp_directory_path() / fmt::format("mlvi_evaluate_{}", getpid());
-    std::filesystem::create_directories(folder_);
-  }
-  ~EvaluateCommand() override { std::filesystem::remove_all(folder_); }
-
   // A helix at 10 Hz, started at `start` s, with errors of `noise` m.
   std::string Write(const std::string& name, double start, double noise) const {
     RandomStream random(1, name);
@@ -279,11 +273,11 @@ class EvaluateCommand : public ::testing::Test {
       trajectory.push_back({.stamp = Time::FromSeconds(start + t),
                             .pose = Pose3(ExpSo3({0.0, 0.0, 0.3 * t}), p + noise * e)});
     }
-    const std::string path = (folder_ / name).string();
+    const std::string path = (folder_.path() / name).string();
     EXPECT_TRUE(WriteTum(trajectory, path));
     return path;
   }
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_{"evaluate"};
 };
 
 TEST_F(EvaluateCommand, PrintsTheErrorsAsJson) {
@@ -322,7 +316,7 @@ TEST_F(EvaluateCommand, RefusesToCompareNothing) {
       RunEvaluate(a + " " + Write("c", 100.05, 0.0) + " --association nearest");
   EXPECT_EQ(unmatched.exit_code, 2);
   EXPECT_THAT(unmatched.output, ::testing::HasSubstr("none of 300 poses"));
-  EXPECT_EQ(RunEvaluate(a + " " + (folder_ / "missing").string()).exit_code, 2);
+  EXPECT_EQ(RunEvaluate(a + " " + (folder_.path() / "missing").string()).exit_code, 2);
   EXPECT_EQ(RunEvaluate(a).exit_code, 1);
   EXPECT_EQ(RunEvaluate(a + " " + a + " --align se4").exit_code, 1);
   EXPECT_EQ(RunEvaluate(a + " " + a + " --rpe-unit frames --rpe-delta 1.5").exit_code, 1);

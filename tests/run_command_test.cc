@@ -23,6 +23,7 @@
 #include "mlvi/io/ros_serialization.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
+#include "temporary_folder.h"
 
 namespace mlvi {
 namespace {
@@ -64,16 +65,11 @@ class RunCommand : public ::testing::Test {
     return *rig;
   }
 
-  // One folder per test.
   RunCommand() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) / ("mlvi_run_" + std::string(info->name()) + std::to_string(getpid()));
-    fs::create_directories(folder_);
     bag_ = (folder_ / "recording.bag").string();
     rig_ = (folder_ / "rig.yaml").string();
     EXPECT_TRUE(SaveRig(TestRig(), rig_));
   }
-  ~RunCommand() override { fs::remove_all(folder_); }
 
   void Simulate(const SequenceFaults& faults = {}, double seconds = kSeconds) {
     SequenceOptions options = StandardSequence("courtyard-easy", TestRig(), seconds, 5);
@@ -127,7 +123,8 @@ class RunCommand : public ::testing::Test {
     }
   }
 
-  fs::path folder_;
+  test::TemporaryFolder temporary_{"run"};
+  fs::path folder_ = temporary_.path();
   std::string bag_, rig_;
 };
 

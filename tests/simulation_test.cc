@@ -5,7 +5,6 @@
 // back as what was simulated, and the command line makes complete recordings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -17,24 +16,10 @@
 #include "mlvi/io/ros_bag_source.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
+#include "temporary_folder.h"
 
 namespace mlvi {
 namespace {
-
-// A folder that vanishes with the test.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const std::string& name)
-      : path_(std::filesystem::path(testing::TempDir()) / fmt::format("mlvi_simulation_{}_{}", name, getpid())) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 std::vector<Measurement> ReadAll(MeasurementSource& source) {
   std::vector<Measurement> all;
@@ -48,7 +33,7 @@ TEST_P(SimulatedBags, ReadBackAsSimulated) {
   const Expected<Rig> rig = LoadRig(GetParam());
   ASSERT_TRUE(rig.has_value()) << rig.error().message;
   const SequenceOptions options = StandardSequence("courtyard-easy", *rig, 0.5, 3);
-  const TemporaryFolder folder(GetParam());
+  const test::TemporaryFolder folder(GetParam());
   const std::string path = folder.path() / "test.bag";
   Recording messages(options, RecordingForm::kMessages);
   const auto writer = BagWriter::Create(path, messages.rig()).value();
@@ -99,7 +84,7 @@ int RunMlvi(const std::string& arguments) {
 }
 
 TEST(SimulateCommand, WritesACompleteRecording) {
-  const TemporaryFolder folder("command");
+  const test::TemporaryFolder folder("command");
   const std::string output = folder.path();
   ASSERT_EQ(RunMlvi("simulate corridor-easy --rig m2dgr --seconds 1 --seed 5 --lidar-gap 0.4,0.2 "
                     "--cameras none --imu-in-g -o " +
@@ -127,7 +112,7 @@ TEST(SimulateCommand, WritesACompleteRecording) {
 class ImagesOfRig : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(ImagesOfRig, SurviveTheBag) {
-  const TemporaryFolder folder("images");
+  const test::TemporaryFolder folder("images");
   const std::string bag = folder.path() / "images.bag";
   const Rig rig = LoadRig(GetParam()).value();
   SequenceOptions options = StandardSequence("corridor-easy", rig, 0.1);
@@ -176,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(Rigs, ImagesOfRig,
 TEST(SimulateCommand, RosReadsTheBagToo) {
   if (std::system("/usr/bin/python3 -c 'import rosbag' >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "python3-rosbag is not installed";
-  const TemporaryFolder folder("rosbag");
+  const test::TemporaryFolder folder("rosbag");
   const std::string output = folder.path();
   ASSERT_EQ(RunMlvi("simulate corridor-easy --rig newer_college --seconds 0.4 --image-rate 10 "
                     "--cameras cam0,cam3 -o " +
@@ -206,7 +191,7 @@ assert [f.name for f in clouds[0][0].fields][:5] == ["x", "y", "z", "intensity",
 }
 
 TEST(SimulateCommand, WritesContactSheets) {
-  const TemporaryFolder folder("sheets");
+  const test::TemporaryFolder folder("sheets");
   const std::string output = folder.path();
   ASSERT_EQ(RunMlvi("simulate corridor-easy --seconds 0.2 --cameras cam0 --image-rate 10 --contact-sheet -o " + output), 0);
   EXPECT_GT(std::filesystem::file_size(output + "/contact_sheet_2.png"), 100'000U);
@@ -214,7 +199,7 @@ TEST(SimulateCommand, WritesContactSheets) {
 }
 
 TEST(SimulateCommand, AnswersWrongUseWithExitCode1) {
-  const TemporaryFolder folder("usage");
+  const test::TemporaryFolder folder("usage");
   EXPECT_EQ(RunMlvi("simulate courtyard-esay -o " + folder.path().string()), 1);
   EXPECT_EQ(RunMlvi("simulate courtyard-easy"), 1);
   EXPECT_EQ(RunMlvi("simulate courtyard-easy --seconds -3 -o " + folder.path().string()), 1);
