@@ -53,6 +53,7 @@ Expected<SlamConfig> ResolveConfig(const RunOptions& options) {
   for (const std::string& assignment : options.assignments) {
     if (const auto set = declaration.SetAssignment(assignment); !set) return tl::unexpected(set.error());
   }
+  if (const auto agree = declaration.Check(); !agree) return tl::unexpected(agree.error());
   return config;
 }
 

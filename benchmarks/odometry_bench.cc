@@ -203,6 +203,10 @@ int Run(const Options& options) {
       return 1;
     }
   }
+  if (const auto agree = declaration.Check(); !agree) {
+    fmt::print(stderr, "{}\n", agree.error().message);
+    return 1;
+  }
   if (!rig) {
     fmt::print(stderr, "{}\n", rig.error().message);
     return 1;

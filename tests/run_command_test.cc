@@ -298,6 +298,9 @@ TEST_F(RunCommand, BadConfiguration) {
   const ProcessResult range = Run("--set lio.map.voxel_size=-1");
   EXPECT_EQ(range.exit_code, 1);
   EXPECT_THAT(range.output, HasSubstr("-1"));
+  const ProcessResult order = Run("--set lio.start.min_span=5");
+  EXPECT_EQ(order.exit_code, 1);
+  EXPECT_THAT(order.output, HasSubstr("lio.start.min_span = 5 exceeds lio.start.max_span = 4"));
   EXPECT_EQ(RunMlvi("run").exit_code, 1);
   EXPECT_EQ(RunMlvi("fly").exit_code, 1);
 }

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace mlvi {
 namespace {
@@ -82,6 +83,13 @@ std::string ValueText(const ConfigField& field) {
                     field.value);
 }
 
+// Of a field of kind int or double.
+std::optional<double> NumberOf(const ConfigField& field) {
+  if (const auto* number = std::get_if<double*>(&field.value)) return **number;
+  if (const auto* number = std::get_if<int*>(&field.value)) return **number;
+  return std::nullopt;
+}
+
 std::string RangeText(const ConfigField& field) {
   if (const auto* names = std::get_if<ConfigEnumReference>(&field.value)) {
     return fmt::format("{}", fmt::join(names->names, " / "));
@@ -137,10 +145,37 @@ void ConfigDeclaration::Field(std::string_view name, double& value, std::string_
   Add(name, unit, reason, &value, range);
 }
 
-Expected<void> ConfigDeclaration::Set(std::string_view key, std::string_view text) {
+void ConfigDeclaration::AtMost(std::string_view low, std::string_view high,
+                               std::string_view consequence) {
+  ConfigOrder order{prefix_ + std::string(low), prefix_ + std::string(high),
+                    std::string(consequence)};
+  for (const std::string& key : {order.low, order.high}) {
+    const ConfigField* field = Find(key);
+    MLVI_CHECK(field && NumberOf(*field), "'{}' is not declared as a number", key);
+  }
+  orders_.push_back(std::move(order));
+}
+
+const ConfigField* ConfigDeclaration::Find(std::string_view key) const {
   const auto field = std::find_if(fields_.begin(), fields_.end(),
                                   [&](const ConfigField& f) { return f.key == key; });
-  if (field == fields_.end()) {
+  return field == fields_.end() ? nullptr : &*field;
+}
+
+Expected<void> ConfigDeclaration::Check() const {
+  for (const ConfigOrder& order : orders_) {
+    const ConfigField &low = *Find(order.low), &high = *Find(order.high);
+    if (*NumberOf(low) <= *NumberOf(high)) continue;
+    return MakeError(kKind, "{} = {} exceeds {} = {}: {}. Lower {} or raise {}.", low.key,
+                     ValueText(low), high.key, ValueText(high), order.consequence, low.key,
+                     high.key);
+  }
+  return {};
+}
+
+Expected<void> ConfigDeclaration::Set(std::string_view key, std::string_view text) {
+  const ConfigField* field = Find(key);
+  if (!field) {
     std::vector<std::string> keys;
     for (const ConfigField& f : fields_) keys.push_back(f.key);
     return MakeError(kKind, "unknown configuration key '{}': did you mean '{}'?", key,
@@ -160,7 +195,7 @@ Expected<void> ConfigDeclaration::Set(std::string_view key, std::string_view tex
                    *value = text;
                    return {};
                  },
-                 [&](ConfigEnumReference& value) -> Expected<void> {
+                 [&](const ConfigEnumReference& value) -> Expected<void> {
                    const auto name = std::find(value.names.begin(), value.names.end(), text);
                    if (name == value.names.end()) {
                      return MakeError(kKind, "{} = {}: expected one of {}", key, text,
@@ -205,6 +240,11 @@ std::string ConfigDeclaration::ToMarkdown() const {
   for (const ConfigField& field : fields_) {
     page += fmt::format("| `{}` | {} | {} | {} | {} |\n", field.key, ValueText(field), field.unit,
                         RangeText(field), field.reason);
+  }
+  if (!orders_.empty()) page += "\n";
+  for (const ConfigOrder& order : orders_) {
+    page += fmt::format("- `{}` must not exceed `{}`: otherwise {}.\n", order.low, order.high,
+                        order.consequence);
   }
   return page;
 }

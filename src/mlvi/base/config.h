@@ -44,6 +44,12 @@ struct ConfigField {
   ConfigRange range;
 };
 
+// "`low` must not exceed `high`", both keys of numeric fields.
+struct ConfigOrder {
+  std::string low, high;
+  std::string consequence;  // of its violation
+};
+
 // Collects the fields of a configuration by visiting its Declare functions. Holds pointers into the visited struct: do
 // not let it outlive that.
 class ConfigDeclaration {
@@ -78,6 +84,10 @@ class ConfigDeclaration {
     prefix_ = outer;
   }
 
+  // The field `low` must not exceed the field `high`: names of numeric fields declared before, relative to this section.
+  // `consequence` completes "otherwise ...".
+  void AtMost(std::string_view low, std::string_view high, std::string_view consequence);
+
   const std::vector<ConfigField>& fields() const { return fields_; }
 
   // Sets one field from text. Errors name the field, the value and the violated constraint; an unknown key comes with
@@ -85,17 +95,23 @@ class ConfigDeclaration {
   Expected<void> Set(std::string_view key, std::string_view text);
   // "key=value".
   Expected<void> SetAssignment(std::string_view assignment);
+  // Whether the values agree with one another, once all are set. Errors (kConfiguration) name both fields, their values
+  // and the remedy.
+  Expected<void> Check() const;
   // All fields as a nested YAML document, each with unit and reason as a comment.
   std::string ToYaml() const;
-  // The documentation page: a Markdown table of key, default, unit, range and reason.
+  // The documentation page: a Markdown table of key, default, unit, range and reason, and the rules between fields.
   std::string ToMarkdown() const;
 
  private:
   void Add(std::string_view name, std::string_view unit, std::string_view reason,
            decltype(ConfigField::value) value, ConfigRange range);
 
+  const ConfigField* Find(std::string_view key) const;
+
   std::string prefix_;
   std::vector<ConfigField> fields_;
+  std::vector<ConfigOrder> orders_;
 };
 
 // The candidate with the smallest edit distance to `word`, or "" when there is none.

@@ -115,6 +115,56 @@ TEST_F(ConfigTest, TheDumpNestsAndExplains) {
             "gain: 0.1  # [1/s] Unbounded\n");
 }
 
+struct SpanConfig {
+  double least = 1.0;
+  int most = 4;
+  std::string name;
+  void Declare(ConfigDeclaration& d) {
+    d.Field("least", least, "s", "Least span", {0.0, 100.0});
+    d.Field("most", most, "s", "Largest span", {0.0, 100.0});
+    d.Field("name", name, "A text");
+    d.AtMost("least", "most", "no span would do");
+  }
+};
+struct TwoSpansConfig {
+  SpanConfig near, far;
+  void Declare(ConfigDeclaration& d) {
+    d.Section("near", near);
+    d.Section("far", far);
+    d.AtMost("near.most", "far.most", "near would be far");
+  }
+};
+
+TEST(ConfigOrderTest, ViolationsNameBothFieldsTheirValuesAndTheRemedy) {
+  TwoSpansConfig config;
+  ConfigDeclaration declaration = ConfigDeclaration::Of(config);
+  EXPECT_TRUE(declaration.Check());
+  ASSERT_TRUE(declaration.Set("far.least", "4"));
+  EXPECT_TRUE(declaration.Check());  // equal is in order
+  ASSERT_TRUE(declaration.Set("far.least", "4.5"));
+  ASSERT_FALSE(declaration.Check());
+  EXPECT_EQ(declaration.Check().error().kind, ErrorKind::kConfiguration);
+  EXPECT_EQ(declaration.Check().error().message,
+            "far.least = 4.5 exceeds far.most = 4: no span would do. Lower far.least or raise far.most.");
+  ASSERT_TRUE(declaration.Set("far.most", "5"));
+  EXPECT_TRUE(declaration.Check());
+  ASSERT_TRUE(declaration.Set("near.most", "6"));
+  EXPECT_THAT(declaration.Check().error().message, HasSubstr("near would be far"));
+}
+
+TEST(ConfigOrderTest, ThePageTellsTheRules) {
+  TwoSpansConfig config;
+  EXPECT_THAT(ConfigDeclaration::Of(config).ToMarkdown(),
+              HasSubstr("- `near.least` must not exceed `near.most`: otherwise no span would do."));
+}
+
+TEST(ConfigOrderTest, OnlyDeclaredNumbersHaveAnOrder) {
+  SpanConfig config;
+  ConfigDeclaration declaration = ConfigDeclaration::Of(config);
+  EXPECT_THROW(declaration.AtMost("least", "largest", ""), ContractViolation);
+  EXPECT_THROW(declaration.AtMost("least", "name", ""), ContractViolation);
+}
+
 // The dump holds every digit: reading it back gives the same bits.
 TEST_F(ConfigTest, DumpedNumbersKeepAllDigits) {
   config_.gain = 0.1 + 0.2;

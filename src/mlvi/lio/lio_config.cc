@@ -12,6 +12,7 @@ void LocalMapConfig::Declare(ConfigDeclaration& d) {
   d.Field("max_points_per_voxel", max_points_per_voxel, "", "Bounds memory and search time",
           {1, 100});
   d.Field("radius", radius, "m", "Cells farther from the sensor are erased", {10.0, 1000.0});
+  d.AtMost("min_spacing", "voxel_size", "cells hold one point each and no plane can be fitted");
 }
 
 void RegistrationConfig::Declare(ConfigDeclaration& d) {
@@ -23,6 +24,8 @@ void RegistrationConfig::Declare(ConfigDeclaration& d) {
   d.Field("max_search_distance", max_search_distance, "m",
           "Farthest neighbour of a fit when the prediction is uncertain (after a gap)",
           {0.1, 20.0});
+  d.AtMost("max_neighbor_distance", "max_search_distance",
+           "fewer neighbours are found the less is known about the pose");
   d.Field("max_plane_thickness", max_plane_thickness, "m",
           "Largest distance of a neighbour from its plane", {0.01, 1.0});
   d.Field("robust_width", robust_width, "sigma",
@@ -72,6 +75,7 @@ void StartConfig::Declare(ConfigDeclaration& d) {
           {0.0, 1.0});
   d.Field("rest_angle", rest_angle, "rad", "At rest the registered sweeps turn less than this",
           {0.0, 0.5});
+  d.AtMost("min_span", "max_span", "no moving start ever comes about");
 }
 
 void GapConfig::Declare(ConfigDeclaration& d) {
@@ -108,6 +112,8 @@ void LioConfig::Declare(ConfigDeclaration& d) {
   d.Section("degeneracy", degeneracy);
   d.Section("start", start);
   d.Section("gap", gap);
+  d.AtMost("cloud_spacing", "query_spacing",
+           "registration is thinned more finely than the cloud that it takes points from");
 }
 
 }  // namespace mlvi

@@ -33,7 +33,10 @@ Slam::Slam(const SlamConfig& config, const Rig& rig)
       supervisor_(config.supervisor, rig, events_),
       lio_(config.lio, rig, *times_),
       graph_(config.graph, rig),
-      imu_(kImuMemory) {}
+      imu_(kImuMemory) {
+  const Expected<void> agree = ConfigDeclaration::Of(config_).Check();
+  MLVI_CHECK(agree.has_value(), "{}", agree ? "" : agree.error().message);
+}
 
 void Slam::Process(const Measurement& measurement) {
   for (const Measurement& ordered : sequencer_.Push(measurement)) ProcessOrdered(ordered);

@@ -39,7 +39,7 @@ struct SlamConfig {
 
 class Slam {
  public:
-  // `rig` must be valid (Rig::Validate) and have a LiDAR.
+  // `config` must pass ConfigDeclaration::Check; `rig` must be valid (Rig::Validate) and have a LiDAR.
   Slam(const SlamConfig& config, const Rig& rig);
 
   // Takes one measurement in arrival order.

@@ -99,5 +99,11 @@ TEST(Slam, MemoryIsBoundedWhileNoSweepIsOfUse) {
   EXPECT_GT(slam.supervisor().streams().at("lidar").dropped.at("empty sweep"), 5900);
 }
 
+TEST(Slam, RefusesAConfigurationThatContradictsItself) {
+  SlamConfig config;
+  config.lio.registration.max_neighbor_distance = config.lio.registration.max_search_distance + 1.0;
+  EXPECT_THROW(Slam(config, test::MakeTestRig()), ContractViolation);
+}
+
 }  // namespace
 }  // namespace mlvi
