@@ -6,7 +6,7 @@
 
 #include "mlvi/geometry/so3.h"
 
-namespace mlvi::internal {
+namespace mlvi {
 
 double Heading::Of(const Eigen::Matrix3d& R_world_body) const {
   const Eigen::Vector3d c = R_world_body.col(axis_);
@@ -26,4 +26,4 @@ Eigen::Quaterniond LevelRotation(const Eigen::Vector3d& up_body) {
   return (ExpSo3({0.0, 0.0, -heading}) * level).normalized();
 }
 
-}  // namespace mlvi::internal
+}  // namespace mlvi

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace mlvi::internal {
+namespace mlvi {
 
 // One sigma with which position and heading of the first body are held: nothing against any sensor,
 // and enough to keep covariances regular.
@@ -36,4 +36,4 @@ class Heading {
 // zero).
 Eigen::Quaterniond LevelRotation(const Eigen::Vector3d& up_body);
 
-}  // namespace mlvi::internal
+}  // namespace mlvi

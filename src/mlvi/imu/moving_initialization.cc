@@ -98,7 +98,7 @@ std::vector<NavState> FirstStates(std::span<const TimedPose> poses,
                                   const internal::PoseAlignment& alignment, const ImuBias& bias) {
   const Pose3& first = poses.front().T_start_body;
   const Eigen::Quaterniond R_world_body =
-      internal::LevelRotation(first.rotation().conjugate() * -alignment.gravity);
+      LevelRotation(first.rotation().conjugate() * -alignment.gravity);
   const Pose3 T_world_start = Pose3(R_world_body, Eigen::Vector3d::Zero()) * first.inverse();
   std::vector<NavState> states(poses.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {

@@ -49,7 +49,7 @@ Scenario MakeScenario(const Walk& walk, const ImuSpec& imu, int count, double ra
   Pose3 pose(ExpSo3(NormalVector(random, 2.0)), NormalVector(random, 10.0));
   const Pose3 T_walk_first = walk.State(from).T_world_body;
   const Eigen::Vector3d up = T_walk_first.rotation().conjugate() * Eigen::Vector3d::UnitZ();
-  const double heading = internal::Heading(up).Of(T_walk_first.R());
+  const double heading = Heading(up).Of(T_walk_first.R());
   const Pose3 T_world_walk = Pose3(ExpSo3({0.0, 0.0, -heading}), Eigen::Vector3d::Zero()) *
                              Pose3::FromTranslation(-T_walk_first.translation());
   for (int k = 0; k < count; ++k) {
@@ -269,24 +269,6 @@ TEST(MovingInitializationTest, TwoRunsAreIdentical) {
   ASSERT_TRUE(a.has_value() && b.has_value());
   EXPECT_EQ(a->covariance, b->covariance);
   EXPECT_EQ(a->states.back().v_world_body, b->states.back().v_world_body);
-}
-
-TEST(MinimizeOnSphereTest, BeatsEveryOtherPointOfTheSphere) {
-  RandomStream random(12, "sphere");
-  for (int trial = 0; trial < 100; ++trial) {
-    Eigen::Matrix3d A;
-    for (int i = 0; i < 3; ++i) A.col(i) = NormalVector(random, trial % 3 == i ? 1e-3 : 1.0);
-    const Eigen::Matrix3d H = A * A.transpose();
-    const Eigen::Vector3d c = NormalVector(random, 3.0);
-    const double radius = 0.1 + 10.0 * random.Uniform();
-    const auto cost = [&](const Eigen::Vector3d& g) { return 0.5 * g.dot(H * g) - c.dot(g); };
-    const Eigen::Vector3d best = internal::MinimizeOnSphere(H, c, radius);
-    EXPECT_NEAR(best.norm(), radius, 1e-12 * radius);
-    for (int other = 0; other < 200; ++other) {
-      EXPECT_LE(cost(best), cost(radius * NormalVector(random, 1.0).normalized()));
-      EXPECT_LE(cost(best), cost(radius * (best + NormalVector(random, 0.01)).normalized()) + 1e-9);
-    }
-  }
 }
 
 }  // namespace

@@ -34,9 +34,4 @@ PoseAlignment AlignGravity(std::span<const TimedPose> poses,
                            std::span<const PreintegratedImu> motions, const ImuSpec& imu,
                            double gravity);
 
-// argmin g^T H g / 2 - c^T g on the sphere |g| = radius > 0, for symmetric H: g = (H + lambda I)^-1
-// c with the one lambda above minus the smallest eigenvalue of H that gives the radius (the secular
-// equation).
-Eigen::Vector3d MinimizeOnSphere(const Eigen::Matrix3d& H, const Eigen::Vector3d& c, double radius);
-
 }  // namespace mlvi::internal

@@ -116,12 +116,12 @@ Matrix15d CovarianceAtRest(const Eigen::Matrix3d& R, const Eigen::Vector3d& forc
       tangent.transpose() * force_variance.asDiagonal() * tangent;
   Matrix15d information = J.transpose() * direction_covariance.inverse() * J;
 
-  const Eigen::RowVector3d heading = internal::Heading(up).Derivative(R);
+  const Eigen::RowVector3d heading = Heading(up).Derivative(R);
   const auto inverse_square = [](double sigma) { return 1.0 / (sigma * sigma); };
   information.block<3, 3>(kRotation, kRotation) +=
-      inverse_square(internal::kGaugeHeadingSigma) * heading.transpose() * heading;
+      inverse_square(kGaugeHeadingSigma) * heading.transpose() * heading;
   information.diagonal().segment<3>(kPosition).array() +=
-      inverse_square(internal::kGaugePositionSigma);
+      inverse_square(kGaugePositionSigma);
   information.diagonal().segment<3>(kVelocity).array() += inverse_square(kRestVelocitySigma);
   information.diagonal().segment<3>(kAccelerometerBias).array() +=
       inverse_square(imu.initial_accelerometer_bias_sigma);
@@ -155,7 +155,7 @@ std::optional<Initialization> InitializeAtRest(std::span<const ImuSample> sample
 
   NavState state;
   state.stamp = samples.front().stamp;
-  state.T_world_body = Pose3(internal::LevelRotation(force.mean), Eigen::Vector3d::Zero());
+  state.T_world_body = Pose3(LevelRotation(force.mean), Eigen::Vector3d::Zero());
   state.bias.gyroscope = rate.mean;
   Initialization result;
   result.states = {state, state};

@@ -39,7 +39,7 @@ TEST(StaticInitializationTest, LevelsEveryAttitude) {
     EXPECT_EQ(start->method, "static");
     const Eigen::Vector3d up = R.conjugate() * Eigen::Vector3d::UnitZ();
     EXPECT_LT((state.T_world_body.rotation() * up - Eigen::Vector3d::UnitZ()).norm(), 1e-9);
-    EXPECT_NEAR(internal::Heading(up).Of(state.T_world_body.R()), 0.0, 1e-12);
+    EXPECT_NEAR(Heading(up).Of(state.T_world_body.R()), 0.0, 1e-12);
     EXPECT_EQ(state.T_world_body.translation(), Eigen::Vector3d(Eigen::Vector3d::Zero()));
     EXPECT_EQ(start->covariance.llt().info(), Eigen::Success);
   }
@@ -56,7 +56,7 @@ TEST(StaticInitializationTest, ErrorsAreConsistentWithTheCovariance) {
     // fall on either side.
     while (std::abs(std::abs(up.x()) - 0.9) < 0.05) up = NormalVector(random, 1.0).normalized();
     NavState truth;
-    truth.T_world_body = Pose3(internal::LevelRotation(up), Eigen::Vector3d::Zero());
+    truth.T_world_body = Pose3(LevelRotation(up), Eigen::Vector3d::Zero());
     auto samples = RestingSamples(truth.T_world_body.rotation(), 1.0);
     truth.bias =
         AddImuNoise(imu,
@@ -127,7 +127,7 @@ TEST(HeadingTest, DerivativeMatchesNumericDifferentiation) {
   RandomStream random(9, "heading");
   for (int trial = 0; trial < 50; ++trial) {
     const Eigen::Quaterniond R = ExpSo3(NormalVector(random, 2.0));
-    const internal::Heading heading(R.conjugate() * Eigen::Vector3d::UnitZ());
+    const Heading heading(R.conjugate() * Eigen::Vector3d::UnitZ());
     for (int i = 0; i < 3; ++i) {
       const Eigen::Quaterniond d = ExpSo3(1e-6 * Eigen::Vector3d::Unit(i));
       const double plus = heading.Of((R * d).toRotationMatrix());

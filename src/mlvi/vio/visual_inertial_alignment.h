@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What first velocity, gravity and biases make the IMU's path agree with the tracks of features
+// seen along it: a closed form to begin with, and its refinement. The IMU's white noise is left
+// out, being small over the seconds that a start takes.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "mlvi/panorama/panorama_model.h"
+#include "mlvi/vio/inertial_path.h"
+
+namespace mlvi::internal {
+
+struct FeatureView {
+  std::size_t instant = 0;  // of the path
+  PanoramicObservation observation;
+};
+
+// The views of one feature, oldest first, at least two.
+using FeatureViews = std::vector<FeatureView>;
+
+struct AlignmentData {
+  std::span<const FeatureViews> features;
+  Pose3 T_body_pano;
+  double pixel_sigma = 1.0;  // px, per axis
+};
+
+struct VisualInertialAlignment {
+  InertialUnknowns unknowns;
+  std::vector<double> inverse_depths;  // 1/m, along the ray of each feature's first view; >= 0
+};
+
+// Closed form (Martinelli, "Closed-Form Solution of Visual-Inertial Structure from Motion", IJCV
+// 2014): with the rotations of the gyroscope, velocity, gravity and all points are linear in the
+// condition that points lie on the rays that see them, exactly so for cameras beside the body's
+// origin. A few rounds weight the distance from a ray by how far away the point is; |gravity| is
+// held to `gravity`. The biases stay those of `bias`.
+VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPath& path,
+                                    const ImuBias& bias, double gravity);
+
+struct RefinedAlignment {
+  VisualInertialAlignment alignment;
+  Eigen::Matrix<double, inertial_index::kSize, inertial_index::kSize> covariance =
+      Eigen::Matrix<double, inertial_index::kSize, inertial_index::kSize>::Zero();
+  double rms = 0.0;           // of whitened residuals per axis, those of outliers cut
+  double inlier_share = 0.0;  // of the residuals within three sigma
+  int iterations = 0;
+  bool converged = false;
+};
+
+// Robust Levenberg-Marquardt over unknowns and inverse depths from `initial`; the bearing residuals
+// of the estimator, with the prior of `imu` on the biases.
+RefinedAlignment RefineAlignment(const AlignmentData& data, const InertialPath& path,
+                                 const VisualInertialAlignment& initial, const ImuSpec& imu);
+
+}  // namespace mlvi::internal

@@ -1,0 +1,327 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/visual_inertial_start.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <functional>
+
+#include "mlvi/geometry/so3.h"
+#include "mlvi/imu/imu_testing.h"
+#include "mlvi/imu/levelling.h"
+#include "mlvi/panorama/testing.h"
+#include "mlvi/vio/inertial_path.h"
+#include "mlvi/vio/visual_inertial_alignment.h"
+
+namespace mlvi {
+namespace {
+
+using testing::AddImuNoise;
+using ::testing::HasSubstr;
+using testing::kGravity;
+using testing::TestImu;
+using testing::Walk;
+
+constexpr double kFrameRate = 10.0;  // Hz
+constexpr double kPixelSigma = 0.5;
+
+struct Setting {
+  int cameras = 4;
+  double seconds = 2.0;
+  int points = 300;
+  double imu_noise = 1.0;    // times that of TestImu
+  double pixel_noise = 1.0;  // times kPixelSigma
+  ImuBias bias;
+  Pose3 camera_error;  // of all cameras against the rig that the start is told
+};
+
+// A rig on its way through a cloud of points 2 to 20 m away, all around.
+struct Recording {
+  TrackStore store;
+  std::vector<FrameInstant> frames;
+  std::vector<ImuSample> samples;
+  std::vector<NavState> truth;
+  Pose3 T_body_pano;
+
+  StartData data() const {
+    return {.tracks = store.tracks(),
+            .frames = frames,
+            .samples = samples,
+            .T_body_pano = T_body_pano,
+            .pixel_sigma = kPixelSigma};
+  }
+};
+
+Recording Record(const std::function<NavState(double)>& state,
+                 const std::function<ImuSample(double)>& sample, const Setting& setting,
+                 RandomStream random) {
+  const Rig rig = test::RingRig(setting.cameras, 0.1, test::MakeWideCamera(3.0));
+  const PanoramaModel model = test::MakePanorama(rig);
+  Recording recording{.T_body_pano = model.T_body_pano()};
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < setting.points; ++i) {
+    const double range = 2.0 * std::pow(10.0, random.Uniform());
+    points.push_back(state(0.0).T_world_body.translation() + range * test::RandomDirection(random));
+  }
+  // The camera that sees a point first keeps it.
+  std::vector<TrackId> ids(points.size());
+  std::vector<int> cameras(points.size(), -1);
+  const int frames = static_cast<int>(setting.seconds * kFrameRate) + 1;
+  for (int k = 0; k < frames; ++k) {
+    const NavState truth = state(k / kFrameRate);
+    recording.truth.push_back(truth);
+    recording.frames.push_back({FrameId(k), truth.stamp});
+    const Pose3 T_world_pano = truth.T_world_body * model.T_body_pano() * setting.camera_error;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto views = model.ViewsOfPoint(T_world_pano.inverse() * points[i]);
+      if (views.empty()) continue;
+      if (cameras[i] < 0) cameras[i] = views.front().camera;
+      for (const CameraView& view : views) {
+        if (view.camera != cameras[i]) continue;
+        // A feature is the patch where it was first seen; what is noisy is how others match it.
+        const double sigma = ids[i].valid() ? setting.pixel_noise * kPixelSigma : 0.0;
+        const Eigen::Vector2d noise(sigma * random.Normal(), sigma * random.Normal());
+        const auto observation = model.Lift(view.camera, view.pixel + noise);
+        if (!observation) continue;
+        if (ids[i].valid()) {
+          recording.store.Extend(ids[i], FrameId(k), *observation);
+        } else {
+          ids[i] = recording.store.Start(FrameId(k), *observation);
+        }
+      }
+    }
+  }
+  for (int k = -2; k <= static_cast<int>(setting.seconds * 200.0) + 2; ++k) {
+    recording.samples.push_back(sample(k / 200.0));
+  }
+  ImuSpec imu = TestImu();
+  imu.noise.accelerometer_density *= setting.imu_noise;
+  imu.noise.gyroscope_density *= setting.imu_noise;
+  imu.noise.accelerometer_random_walk *= setting.imu_noise;
+  imu.noise.gyroscope_random_walk *= setting.imu_noise;
+  AddImuNoise(imu, setting.bias, random, recording.samples);
+  return recording;
+}
+
+Recording RecordWalk(const Setting& setting, std::uint64_t seed) {
+  const Walk walk;
+  return Record([&](double t) { return walk.State(t); }, [&](double t) { return walk.Sample(t); },
+                setting, RandomStream(seed, "start"));
+}
+
+// Truth in the world that a start defines: levelled, origin and heading of the first body.
+NavState TruthInStartWorld(const Recording& recording, std::size_t k) {
+  const NavState& first = recording.truth.front();
+  const Eigen::Quaterniond level =
+      LevelRotation(first.T_world_body.rotation().conjugate() * Eigen::Vector3d::UnitZ());
+  const Pose3 T_start_world = Pose3(level, Eigen::Vector3d::Zero()) * first.T_world_body.inverse();
+  NavState state = recording.truth[k];
+  state.T_world_body = T_start_world * state.T_world_body;
+  state.v_world_body = T_start_world.rotation() * state.v_world_body;
+  return state;
+}
+
+TEST(InertialPathTest, DerivativesAreThoseOfThePath) {
+  const Walk walk;
+  const std::vector<Time> instants = {Walk::At(0.0), Walk::At(0.4), Walk::At(1.3)};
+  const ImuBias linearised{.accelerometer = {0.02, 0.0, -0.03}, .gyroscope = {0.002, 0.001, 0.0}};
+  const InertialPath path(instants, walk.Samples(0.0, 1.3, 200.0), linearised, TestImu());
+  const InertialUnknowns at{
+      .velocity = {1.0, -0.4, 0.2},
+      .gravity = {1.0, 2.0, -9.5},
+      .bias = {.accelerometer = {0.05, 0.02, 0.0}, .gyroscope = {0.004, 0, 0}}};
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const InertialPath::Step step = path.At(k, at);
+    for (int i = 0; i < inertial_index::kSize; ++i) {
+      constexpr double kStep = 1e-6;
+      const InertialDelta d = kStep * InertialDelta::Unit(i);
+      const InertialPath::Step more = path.At(k, BoxPlus(at, d)),
+                               less = path.At(k, BoxPlus(at, -d));
+      const Vector6d pose = (BoxMinus(more.T_first_body, step.T_first_body) -
+                             BoxMinus(less.T_first_body, step.T_first_body)) /
+                            (2.0 * kStep);
+      EXPECT_LT((pose - step.d_pose.col(i)).norm(), 1e-7) << "instant " << k << ", unknown " << i;
+      const Eigen::Vector3d velocity = (more.velocity - less.velocity) / (2.0 * kStep);
+      EXPECT_LT((velocity - step.d_velocity.col(i)).norm(), 1e-7) << k << ", " << i;
+    }
+  }
+}
+
+TEST(InertialPathTest, FollowsTheTruth) {
+  const Walk walk;
+  const std::vector<Time> instants = {Walk::At(0.0), Walk::At(1.0)};
+  const InertialPath path(instants, walk.Samples(0.0, 1.0, 1000.0), {}, TestImu());
+  const NavState first = walk.State(0.0), last = walk.State(1.0);
+  const Eigen::Quaterniond R = first.T_world_body.rotation().conjugate();
+  const InertialPath::Step step = path.At(
+      1, {.velocity = R * first.v_world_body, .gravity = R * Eigen::Vector3d(0, 0, -kGravity)});
+  const Vector6d error =
+      BoxMinus(step.T_first_body, first.T_world_body.inverse() * last.T_world_body);
+  EXPECT_LT(error.norm(), 1e-4);
+  EXPECT_LT((step.velocity - R * last.v_world_body).norm(), 1e-4);
+}
+
+// White acceleration and tilt by white rates, integrated as an IMU at rest would see them.
+TEST(InertialPathTest, NoiseAloneExcitesAsPredicted) {
+  std::vector<Time> instants;
+  for (int k = 0; k <= 20; ++k) instants.push_back(Walk::At(0.1 * k));
+  ImuSpec imu = TestImu();
+  imu.noise.accelerometer_random_walk = imu.noise.gyroscope_random_walk = 0.0;
+  RandomStream random(7, "excitation");
+  double squared = 0.0, predicted = 0.0;
+  constexpr int kTrials = 200;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<ImuSample> samples;
+    for (int k = 0; k <= 400; ++k) {
+      samples.push_back({.stamp = Walk::At(k / 200.0), .linear_acceleration = {0, 0, kGravity}});
+    }
+    AddImuNoise(imu, {}, random, samples);
+    const auto excitation =
+        InertialPath(instants, samples, {}, imu).FindExcitation(imu.noise, kGravity);
+    squared += excitation.path * excitation.path / kTrials;
+    predicted = excitation.noise;
+  }
+  // Tilt acts on two axes, and is counted on three. Some 20 degrees of freedom per trial: 3 %.
+  EXPECT_NEAR(std::sqrt(squared) / predicted, 1.0, 0.1);
+}
+
+// Without noise and biases the closed form is exact but for the integration of the IMU's samples.
+TEST(AlignTracksTest, IsExactWithoutNoise) {
+  for (const int cameras : {1, 4}) {
+    const Recording recording =
+        RecordWalk({.cameras = cameras, .imu_noise = 0.0, .pixel_noise = 0.0}, 1);
+    std::vector<internal::FeatureViews> features;
+    for (const Track& track : recording.store.tracks()) {
+      internal::FeatureViews views;
+      for (const TrackObservation& seen : track.observations) {
+        views.push_back({static_cast<std::size_t>(seen.frame.value()), seen.observation});
+      }
+      if (views.size() >= 2) features.push_back(views);
+    }
+    std::vector<Time> instants;
+    for (const FrameInstant& frame : recording.frames) instants.push_back(frame.stamp);
+    const InertialPath path(instants, recording.samples, {}, TestImu());
+    const auto alignment = internal::AlignTracks(
+        {.features = features, .T_body_pano = recording.T_body_pano, .pixel_sigma = kPixelSigma},
+        path, {}, kGravity);
+    const Eigen::Quaterniond R = recording.truth[0].T_world_body.rotation().conjugate();
+    EXPECT_LT((alignment.unknowns.velocity - R * recording.truth[0].v_world_body).norm(), 0.01);
+    EXPECT_LT((alignment.unknowns.gravity - R * Eigen::Vector3d(0, 0, -kGravity)).norm(), 0.01);
+  }
+}
+
+class MovingStart : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Cameras, MovingStart, ::testing::Values(1, 2, 4));
+
+TEST_P(MovingStart, FindsVelocityGravityAndBiases) {
+  double nees = 0.0;
+  constexpr int kSeeds = 20;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    RandomStream random(static_cast<std::uint64_t>(seed), "bias");
+    Setting setting{.cameras = GetParam(), .points = GetParam() == 1 ? 600 : 300};
+    setting.bias = {.accelerometer = testing::NormalVector(random, 0.1),
+                    .gyroscope = testing::NormalVector(random, 0.01)};
+    const Recording recording = RecordWalk(setting, static_cast<std::uint64_t>(seed));
+    const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
+    ASSERT_TRUE(start.has_value()) << start.error().message;
+    ASSERT_EQ(start->states.size(), recording.frames.size());
+    EXPECT_EQ(start->method, "visual-inertial");
+    const NavState truth = TruthInStartWorld(recording, recording.truth.size() - 1);
+    const NavState& last = start->states.back();
+    Vector15d error = BoxMinus(last, truth);
+    error.segment<3>(nav_index::kAccelerometerBias) =
+        last.bias.accelerometer - setting.bias.accelerometer;
+    error.segment<3>(nav_index::kGyroscopeBias) = last.bias.gyroscope - setting.bias.gyroscope;
+    EXPECT_LT(error.segment<3>(nav_index::kVelocity).norm(), 0.02);
+    EXPECT_LT(error.segment<3>(nav_index::kRotation).norm(), 0.005);
+    EXPECT_NEAR(start->rms_residual, 1.0, 0.05);
+    nees += error.dot(start->covariance.ldlt().solve(error)) / kSeeds;
+  }
+  // 15 expected. The IMU's noise enters the covariance by its size alone, not by how it disturbs
+  // the alignment: approximate, so the band is wider than that of the mean of 20 (12.7 to 17.5).
+  EXPECT_GT(nees, 10.0);
+  EXPECT_LT(nees, 22.5);
+}
+
+TEST(VisualInertialStartTest, RestIsFoundAtRest) {
+  const Walk walk;
+  const NavState still = walk.State(0.0);
+  Setting setting{.seconds = 1.5};
+  setting.bias = {.accelerometer = {0.02, 0.0, 0.01}, .gyroscope = {0.004, -0.002, 0.001}};
+  const Recording recording = Record(
+      [&](double t) {
+        NavState state = still;
+        state.stamp = Walk::At(t);
+        state.v_world_body.setZero();
+        return state;
+      },
+      [&](double t) {
+        return ImuSample{.stamp = Walk::At(t),
+                         .linear_acceleration = still.T_world_body.rotation().conjugate() *
+                                                Eigen::Vector3d(0.0, 0.0, kGravity)};
+      },
+      setting, RandomStream(3, "rest"));
+  const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
+  ASSERT_TRUE(start.has_value()) << start.error().message;
+  EXPECT_EQ(start->method, "static");
+  ASSERT_EQ(start->states.size(), recording.frames.size());
+  EXPECT_EQ(start->states[3].stamp, recording.frames[3].stamp);
+  const NavState truth = TruthInStartWorld(recording, 0);
+  EXPECT_LT(BoxMinus(start->states[0].T_world_body, truth.T_world_body).norm(), 0.005);
+  EXPECT_LT((start->states[0].bias.gyroscope - setting.bias.gyroscope).norm(), 0.001);
+}
+
+// A steady drive without vibration: the IMU alone takes it for rest.
+Recording RecordDrive(const Setting& setting, std::uint64_t seed) {
+  const Eigen::Vector3d velocity(1.5, 0.0, 0.0);
+  return Record(
+      [&](double t) {
+        NavState state;
+        state.stamp = Walk::At(t);
+        state.T_world_body = Pose3(Eigen::Quaterniond::Identity(), t * velocity);
+        state.v_world_body = velocity;
+        return state;
+      },
+      [&](double t) {
+        return ImuSample{.stamp = Walk::At(t), .linear_acceleration = {0.0, 0.0, kGravity}};
+      },
+      setting, RandomStream(seed, "drive"));
+}
+
+TEST(VisualInertialStartTest, ASteadyDriveIsNoRestAndOneCameraCannotTellItsSpeed) {
+  const Recording recording = RecordDrive({.cameras = 1, .points = 600}, 4);
+  ASSERT_TRUE(InitializeAtRest(recording.samples, TestImu(), kGravity).has_value());
+  const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
+  ASSERT_FALSE(start.has_value());
+  EXPECT_THAT(start.error().message, HasSubstr("does not show the scale yet"));
+}
+
+TEST(VisualInertialStartTest, WrongExtrinsicsContradictTheImu) {
+  Setting setting;
+  setting.camera_error = Pose3(ExpSo3({0.1, 0.0, 0.0}), Eigen::Vector3d::Zero());
+  const Recording recording = RecordWalk(setting, 5);
+  const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
+  ASSERT_FALSE(start.has_value());
+  EXPECT_THAT(start.error().message, HasSubstr("check the extrinsics of cameras and IMU"));
+}
+
+TEST(VisualInertialStartTest, SaysWhatIsMissing) {
+  const auto message = [](const StartData& data) {
+    const auto start = InitializeFromTracks(data, TestImu(), kGravity, {});
+    return start.has_value() ? std::string() : start.error().message;
+  };
+  EXPECT_THAT(message({}), HasSubstr("needs images over 1.0 s"));
+  const Recording brief = RecordWalk({.seconds = 0.5}, 6), sparse = RecordWalk({.points = 20}, 6);
+  EXPECT_THAT(message(brief.data()), HasSubstr("got 0.50 s"));
+  EXPECT_THAT(message(sparse.data()), HasSubstr("needs 30 tracks"));
+  const Recording recording = RecordWalk({}, 6);
+  StartData late = recording.data();
+  late.samples = late.samples.subspan(50);
+  EXPECT_THAT(message(late), HasSubstr("the IMU does not cover the images"));
+}
+
+}  // namespace
+}  // namespace mlvi
