@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/sliding_window.h"
+
+#include "mlvi/base/error.h"
+#include "mlvi/imu/imu_residual.h"
+#include "mlvi/vio/window_features.h"
+#include "mlvi/vio/window_marginalization.h"
+
+namespace mlvi {
+namespace {
+
+// Variances of a first state below these are raised to them, in the order of frame_index.
+Vector15d SmallestVariance() {
+  Vector15d smallest;
+  smallest << Eigen::Vector3d::Constant(1e-6), Eigen::Vector3d::Constant(1e-8),
+      Eigen::Vector3d::Constant(1e-6), Eigen::Vector3d::Constant(1e-8),
+      Eigen::Vector3d::Constant(1e-12);
+  return smallest;
+}
+
+// Error-state coordinates (p, v, R, ba, bg; position in the world) from those of a frame.
+Matrix15d ErrorByFrameStep(const Eigen::Matrix3d& R_world_body) {
+  Matrix15d J = Matrix15d::Zero();
+  J.block<3, 3>(nav_index::kPosition, frame_index::kPose) = R_world_body;
+  J.block<3, 3>(nav_index::kRotation, frame_index::kRotation).setIdentity();
+  J.block<3, 3>(nav_index::kVelocity, frame_index::kVelocity).setIdentity();
+  J.block<6, 6>(nav_index::kAccelerometerBias, frame_index::kBias).setIdentity();
+  return J;
+}
+
+// Integrates anew when the biases have moved too far for a first-order correction.
+bool NeedsIntegration(const PreintegratedImu& motion, const ImuBias& bias, double limit) {
+  const Eigen::Vector3d gyroscope = bias.gyroscope - motion.bias.gyroscope;
+  const Eigen::Vector3d accelerometer = bias.accelerometer - motion.bias.accelerometer;
+  return (motion.dR_dbg * gyroscope).norm() > limit ||
+         (motion.dv_dba * accelerometer).norm() > limit;
+}
+
+}  // namespace
+
+SlidingWindow::SlidingWindow(const WindowConfig& config, const KeyframeConfig& keyframes,
+                             const ImuSpec& imu, double gravity, const VioCalibration& calibration)
+    : config_(config), keyframes_(keyframes), imu_(imu), gravity_(gravity) {
+  window_.calibration = calibration;
+}
+
+void SlidingWindow::Clear() {
+  window_.frames.clear();
+  window_.features.clear();
+  window_.prior = {};
+}
+
+void SlidingWindow::Start(FrameId frame, const OdometryEstimate& state,
+                          const Eigen::Vector3d& angular_rate, const TrackStore& tracks) {
+  Clear();
+  window_.frames.push_back({.id = frame,
+                            .state = state.state,
+                            .keyframe = true,
+                            .imu = {},
+                            .first_estimate = {},
+                            .angular_rate = angular_rate});
+  window_.frames.front().Freeze();
+  // The frame's coordinates are the error state's, turned; so the inverse is the transpose.
+  const Matrix15d by_error = ErrorByFrameStep(state.state.T_world_body.R()).transpose();
+  Matrix15d covariance = by_error * state.covariance * by_error.transpose();
+  covariance = (0.5 * (covariance + covariance.transpose())).eval();
+  covariance.diagonal() = covariance.diagonal().cwiseMax(SmallestVariance()).eval();
+  window_.prior = FirstPrior(window_, covariance, config_);
+  AddObservations(window_, frame, tracks);
+  InitializeDepths(window_, config_);
+}
+
+NavState SlidingWindow::Predict(std::span<const ImuSample> samples, Time stamp) const {
+  const NavState& newest = window_.frames.back().state;
+  const std::vector<ImuSample> between = SamplesBetween(samples, newest.stamp, stamp);
+  MLVI_CHECK(!between.empty(), "no IMU between {} and {}", ToString(newest.stamp), ToString(stamp));
+  return mlvi::Predict(newest, Preintegrate(between, newest.bias, imu_), gravity_);
+}
+
+void SlidingWindow::Add(FrameId frame, Time stamp, std::span<const ImuSample> samples,
+                        const TrackStore& tracks) {
+  const NavState& newest = window_.frames.back().state;
+  WindowFrame added{.id = frame,
+                    .imu = Connect(samples, newest.stamp, stamp, newest.bias, imu_),
+                    .first_estimate = {}};
+  added.state = mlvi::Predict(newest, added.imu->motion, gravity_);
+  added.angular_rate = added.imu->samples.back().angular_velocity;
+  window_.frames.push_back(std::move(added));
+  PrepareFrames();
+  AddObservations(window_, frame, tracks);
+  InitializeDepths(window_, config_);
+}
+
+void SlidingWindow::PrepareFrames() {
+  for (std::size_t i = 0; i < window_.frames.size(); ++i) {
+    WindowFrame& frame = window_.frames[i];
+    frame.twist << frame.state.T_world_body.rotation().conjugate() * frame.state.v_world_body,
+        frame.angular_rate - frame.state.bias.gyroscope;
+    if (i == 0) continue;
+    const WindowFrame& before = window_.frames[i - 1];
+    if (NeedsIntegration(frame.imu->motion, before.state.bias, config_.max_bias_change)) {
+      frame.imu = Connect(frame.imu->samples, before.state.stamp, frame.state.stamp,
+                          before.state.bias, imu_);
+    }
+  }
+}
+
+WindowEstimate SlidingWindow::Solve() {
+  WindowEstimate estimate;
+  const WindowSolution solution = SolveWindow(window_, config_, gravity_);
+  estimate.solved = solution.solved;
+  estimate.iterations = solution.iterations;
+  estimate.newest.state = window_.frames.back().state;
+  BearingStatistics all;
+  for (const BearingStatistics& camera : solution.per_camera) {
+    estimate.camera_rms_px.push_back(camera.rms());
+    all.Add(camera);
+  }
+  estimate.rms_px = all.rms();
+  for (const WindowFeature& feature : window_.features) {
+    if (!feature.usable()) continue;
+    ++estimate.features;
+    estimate.features_with_lidar += feature.lidar ? 1 : 0;
+  }
+  if (estimate.solved) Report(solution, estimate);
+  return estimate;
+}
+
+void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estimate) const {
+  const WindowLayout layout = window_.Layout(config_);
+  const int count = static_cast<int>(window_.frames.size());
+  const int frames = std::min(count, 2), first = layout.frame(count - frames);
+  const auto columns = InverseColumns(solution.information.H, first, frames * frame_index::kSize);
+  estimate.solved = columns.has_value();
+  if (!columns) return;
+  const WindowFrame& newest = window_.frames.back();
+  const Matrix15d J = ErrorByFrameStep(newest.state.T_world_body.R());
+  const Matrix15d marginal = columns->block<15, 15>(layout.frame(count - 1), columns->cols() - 15);
+  estimate.newest.covariance = J * (0.5 * (marginal + marginal.transpose())) * J.transpose();
+  if (frames < 2) return;
+  const WindowFrame& before = window_.frames[static_cast<std::size_t>(count) - 2];
+  const Eigen::MatrixXd joint = columns->middleRows(first, 30);
+  Eigen::Matrix<double, 12, 12> poses;
+  poses << joint.block<6, 6>(0, 0), joint.block<6, 6>(0, 15), joint.block<6, 6>(15, 0),
+      joint.block<6, 6>(15, 15);
+  const Pose3 T_from_to = before.state.T_world_body.inverse() * newest.state.T_world_body;
+  estimate.motion = MotionPrior{.from = before.state.stamp,
+                                .to = newest.state.stamp,
+                                .T_from_to = T_from_to,
+                                .covariance = RelativePoseCovariance(T_from_to, poses)};
+  const Vector15d imu =
+      newest.imu->sqrt_information *
+      EvaluateImuResidual(before.state, newest.state, newest.imu->motion, gravity_).value;
+  estimate.imu_chi_square = imu.squaredNorm();
+}
+
+std::vector<TrackId> SlidingWindow::Slide() {
+  const std::vector<TrackId> outliers = RemoveOutliers(window_, config_);
+  window_.frames.back().keyframe = IsKeyframe(window_, keyframes_);
+  const std::size_t count = window_.frames.size();
+  if (count >= 3 && !window_.frames[count - 2].keyframe) {
+    DropFrame(window_, count - 2, config_, imu_);
+  } else if (static_cast<int>(count) > config_.keyframes) {
+    MarginalizeFirstFrame(window_, config_, gravity_);
+  }
+  return outliers;
+}
+
+Matrix6d RelativePoseCovariance(const Pose3& T_i_j, const Eigen::Matrix<double, 12, 12>& joint) {
+  const Eigen::Matrix3d Rt = T_i_j.R().transpose();
+  Eigen::Matrix<double, 6, 12> J;
+  J << -Rt, Rt * Hat(T_i_j.translation()), Eigen::Matrix<double, 3, 6>::Identity(),
+      Eigen::Matrix3d::Zero(), -Rt, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity();
+  const Matrix6d covariance = J * joint * J.transpose();
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+}  // namespace mlvi

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mlvi/state/estimates.h"
+#include "mlvi/vio/keyframe_policy.h"
+#include "mlvi/vio/window.h"
+#include "mlvi/vio/window_solver.h"
+
+namespace mlvi {
+
+// What the window says after a solution.
+struct WindowEstimate {
+  bool solved = false;
+  OdometryEstimate newest;            // covariance in error-state order (nav_state.h)
+  std::optional<MotionPrior> motion;  // from the frame before
+  int features = 0;                   // in use
+  int features_with_lidar = 0;
+  int iterations = 0;
+  double rms_px = 0.0;                // of bearings, per axis
+  std::vector<double> camera_rms_px;  // per camera; 0 without bearings
+  double imu_chi_square = 0.0;        // of the newest IMU factor; 15 degrees of freedom
+};
+
+// Visual-inertial estimation over a window of keyframes and the newest frame (VINS-Mono's scheme of
+// two-way marginalisation), from tracks and IMU samples alone: it knows no images. One round is
+// Add, Solve, Slide.
+class SlidingWindow {
+ public:
+  SlidingWindow(const WindowConfig& config, const KeyframeConfig& keyframes, const ImuSpec& imu,
+                double gravity, const VioCalibration& calibration);
+
+  bool started() const { return !window_.frames.empty(); }
+  // Begins (anew) with one frame whose state is known. Variances of zero are raised to what no
+  // sensor knows better. Calibration stays as estimated so far.
+  void Start(FrameId frame, const OdometryEstimate& state, const Eigen::Vector3d& angular_rate,
+             const TrackStore& tracks);
+  void Clear();
+
+  // The state at `stamp` by the IMU alone. `samples` reach from the newest frame to there.
+  NavState Predict(std::span<const ImuSample> samples, Time stamp) const;
+  // A frame at `stamp`, predicted as above, and what the tracks saw in it.
+  void Add(FrameId frame, Time stamp, std::span<const ImuSample> samples, const TrackStore& tracks);
+  WindowEstimate Solve();
+  // Drops outliers (their tracks are returned), decides whether the newest frame is a keyframe and
+  // lets go what leaves the window.
+  std::vector<TrackId> Slide();
+
+  bool newest_is_keyframe() const { return window_.frames.back().keyframe; }
+  const VioWindow& window() const { return window_; }
+  VioWindow& window() { return window_; }
+  const WindowConfig& config() const { return config_; }
+
+ private:
+  void PrepareFrames();
+  void Report(const WindowSolution& solution, WindowEstimate& estimate) const;
+
+  WindowConfig config_;
+  KeyframeConfig keyframes_;
+  ImuSpec imu_;
+  double gravity_;
+  VioWindow window_;
+};
+
+// Covariance of T_i_j = T_i^-1 T_j in its pose chart, from the joint covariance of both poses in
+// theirs.
+Matrix6d RelativePoseCovariance(const Pose3& T_i_j, const Eigen::Matrix<double, 12, 12>& joint);
+
+}  // namespace mlvi

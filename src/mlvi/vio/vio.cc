@@ -1,0 +1,213 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/vio.h"
+
+#include "mlvi/base/error.h"
+#include "mlvi/imu/propagation.h"
+#include "mlvi/vio/frame_history.h"
+#include "mlvi/vio/lidar_depth.h"
+#include "mlvi/vio/sliding_window.h"
+#include "mlvi/vio/window_features.h"
+
+namespace mlvi {
+namespace {
+
+PanoramaModel MakePanorama(const Rig& rig, const VioConfig& config, std::vector<Image> masks) {
+  auto model = PanoramaModel::FromRig(rig, {.radius = config.radius, .masks = std::move(masks)});
+  MLVI_CHECK(model.has_value(), "{}", model.error().message);
+  return std::move(*model);
+}
+
+VioCalibration CalibrationOf(const PanoramaModel& model) {
+  VioCalibration calibration{.T_body_pano = model.T_body_pano(), .radius = model.radius()};
+  for (int i = 0; i < model.cameras(); ++i) {
+    calibration.T_pano_camera.push_back(model.T_pano_camera(i));
+  }
+  return calibration;
+}
+
+}  // namespace
+
+struct Vio::Impl {
+  Impl(const VioConfig& vio_config, const Rig& rig, StageTimes& stage_times,
+       std::vector<Image> masks)
+      : config(vio_config),
+        imu_spec(rig.imu),
+        gravity(rig.gravity),
+        times(stage_times),
+        tracker(MakePanorama(rig, config, std::move(masks)), config.tracker),
+        window(config.window, config.keyframe, rig.imu, rig.gravity,
+               CalibrationOf(tracker.model())),
+        depth(config.depth),
+        failure(config.failure, rig.imu),
+        history(Duration::FromSeconds(config.imu_memory)) {}
+
+  VioResult Process(const ImageSet& set, std::span<const ImuSample> imu);
+  void Remember(std::span<const ImuSample> imu, Time now);
+  std::optional<OdometryEstimate> PropagatedStart(Time stamp) const;
+  TrackingSummary Track(const ImageSet& set, const std::optional<NavState>& predicted);
+  TrackingHints Hints(FrameId frame) const;
+  void Begin(const ImageSet& set, const OdometryEstimate& start, VioResult& result);
+  void Estimate(const ImageSet& set, const NavState& predicted, VioResult& result);
+  void Fail(std::string reason, VioResult& result);
+  void ApplyCalibration();
+
+  VioConfig config;
+  ImuSpec imu_spec;
+  double gravity;
+  StageTimes& times;
+  PanoramicTracker tracker;
+  SlidingWindow window;
+  LidarDepth depth;
+  FailureDetector failure;
+  FrameHistory history;
+  std::optional<OdometryEstimate> pending_start;
+  std::string failure_reason;
+  FrameId frame;  // of the set in work
+  bool new_cloud = false;
+};
+
+Vio::Vio(const VioConfig& config, const Rig& rig, StageTimes& times, std::vector<Image> masks)
+    : impl_(std::make_unique<Impl>(config, rig, times, std::move(masks))) {}
+Vio::~Vio() = default;
+
+VioResult Vio::Process(const ImageSet& set, std::span<const ImuSample> imu) {
+  const StageTimes::Scope scope(impl_->times, "vio");
+  return impl_->Process(set, imu);
+}
+
+void Vio::AddDepthCloud(const PointCloud& points_body, const Pose3& T_world_body, Time stamp) {
+  const StageTimes::Scope scope(impl_->times, "vio_cloud");
+  impl_->depth.Add(points_body, T_world_body, stamp);
+  impl_->new_cloud = true;
+}
+
+void Vio::Start(const OdometryEstimate& state) { impl_->pending_start = state; }
+
+const VioCalibration& Vio::calibration() const { return impl_->window.window().calibration; }
+
+VioResult Vio::Impl::Process(const ImageSet& set, std::span<const ImuSample> imu) {
+  VioResult result;
+  frame = FrameId(frame.value() + 1);
+  Remember(imu, set.stamp);
+  const std::optional<OdometryEstimate> start = PropagatedStart(set.stamp);
+  std::optional<NavState> predicted;
+  if (start) {
+    predicted = start->state;
+  } else if (window.started()) {
+    predicted = window.Predict(history.samples(), set.stamp);
+  }
+  result.tracking = Track(set, predicted);
+  if (start) {
+    Begin(set, *start, result);
+  } else if (window.started()) {
+    Estimate(set, *predicted, result);
+  } else {
+    result.status =
+        failure_reason.empty() ? VioResult::Status::kInitializing : VioResult::Status::kFailed;
+    result.reason = failure_reason.empty() ? "waiting for a first state" : failure_reason;
+  }
+  return result;
+}
+
+void Vio::Impl::Remember(std::span<const ImuSample> imu, Time now) {
+  history.AddSamples(imu);
+  tracker.tracks().ForgetBefore(history.AddFrame(frame, now));
+}
+
+// The pending start, carried to `stamp` by the IMU.
+std::optional<OdometryEstimate> Vio::Impl::PropagatedStart(Time stamp) const {
+  if (!pending_start || pending_start->state.stamp > stamp) return std::nullopt;
+  if (pending_start->state.stamp == stamp) return pending_start;
+  const std::vector<ImuSample> between =
+      SamplesBetween(history.samples(), pending_start->state.stamp, stamp);
+  if (between.empty()) return std::nullopt;
+  Propagation propagation =
+      Propagate(pending_start->state, pending_start->covariance, between, imu_spec, gravity);
+  OdometryEstimate start{.state = propagation.states.back(), .covariance = propagation.covariance};
+  return start;
+}
+
+TrackingSummary Vio::Impl::Track(const ImageSet& set, const std::optional<NavState>& predicted) {
+  const StageTimes::Scope scope(times, "vio_tracking");
+  if (predicted) history.SetPose(frame, predicted->T_world_body);
+  return tracker.Process(frame, set.images, Hints(frame));
+}
+
+TrackingHints Vio::Impl::Hints(FrameId now) const {
+  TrackingHints hints;
+  hints.motion = [this, now](FrameId earlier) {
+    return history.Motion(earlier, now, tracker.model().T_body_pano(),
+                          window.started() ? window.window().frames.back().state.bias.gyroscope
+                                           : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  };
+  if (window.started()) {
+    hints.inverse_depth = [this](TrackId track) {
+      return TrackInverseDepth(window.window(), track, config.window);
+    };
+  }
+  return hints;
+}
+
+void Vio::Impl::Begin(const ImageSet& set, const OdometryEstimate& start, VioResult& result) {
+  pending_start.reset();
+  failure_reason.clear();
+  failure.Reset();
+  window.Start(frame, start, history.samples().back().angular_velocity, tracker.tracks());
+  result.status = VioResult::Status::kTracking;
+  result.estimate = start;
+  result.estimate->state.stamp = set.stamp;
+  result.keyframe = true;
+}
+
+void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResult& result) {
+  window.Add(frame, set.stamp, history.samples(), tracker.tracks());
+  if (new_cloud) {
+    const StageTimes::Scope scope(times, "vio_depth");
+    depth.Associate(window.window(), config.window);
+    new_cloud = false;
+  }
+  WindowEstimate estimate;
+  {
+    const StageTimes::Scope scope(times, "vio_window");
+    estimate = window.Solve();
+  }
+  result.features = estimate.features;
+  result.features_with_lidar = estimate.features_with_lidar;
+  result.iterations = estimate.iterations;
+  result.rms_px = estimate.rms_px;
+  result.camera_rms_px = estimate.camera_rms_px;
+  if (std::string reason = failure.Check(estimate, predicted); !reason.empty()) {
+    return Fail(std::move(reason), result);
+  }
+  result.status = VioResult::Status::kTracking;
+  result.estimate = estimate.newest;
+  result.motion = estimate.motion;
+  history.SetPose(frame, estimate.newest.state.T_world_body);
+  const StageTimes::Scope scope(times, "vio_slide");
+  for (const TrackId track : window.Slide()) tracker.tracks().End(track);
+  result.keyframe = window.newest_is_keyframe();
+  ApplyCalibration();
+}
+
+void Vio::Impl::Fail(std::string reason, VioResult& result) {
+  failure_reason = std::move(reason);
+  window.Clear();
+  history.ForgetPoses();
+  result.status = VioResult::Status::kFailed;
+  result.reason = failure_reason;
+}
+
+// The tracker predicts and lifts with what has been estimated.
+void Vio::Impl::ApplyCalibration() {
+  if (config.window.extrinsics == ExtrinsicsCalibration::kOff) return;
+  const VioCalibration& calibration = window.window().calibration;
+  PanoramaModel model = tracker.model();
+  model.set_T_body_pano(calibration.T_body_pano);
+  for (int i = 0; i < model.cameras(); ++i) {
+    model.set_T_pano_camera(i, calibration.T_pano_camera[static_cast<std::size_t>(i)]);
+  }
+  tracker.set_model(model);
+}
+
+}  // namespace mlvi

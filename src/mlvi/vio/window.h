@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The sliding window as a value: frames, features, calibration, and the prior that what has left it
+// has become. Functions on it are in the other window*.h.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mlvi/imu/preintegration.h"
+#include "mlvi/panorama/panorama_model.h"
+#include "mlvi/panorama/track_store.h"
+#include "mlvi/vio/window_config.h"
+
+namespace mlvi {
+
+// Coordinates of a step of one frame: the pose chart (position in the body frame, rotation), then
+// velocity and biases, so that a pose is one block.
+namespace frame_index {
+inline constexpr int kPose = 0, kRotation = 3, kVelocity = 6, kBias = 9, kSize = 15;
+}
+
+NavState MoveState(const NavState& state, const Vector15d& step);
+// The step from `from` to `state`: MoveState(from, StateStep(from, state)) = state.
+Vector15d StateStep(const NavState& from, const NavState& state);
+
+// IMU between a frame and the one before.
+struct ImuConnection {
+  std::vector<ImuSample> samples;
+  PreintegratedImu motion;
+  Matrix15d sqrt_information = Matrix15d::Zero();
+};
+
+// Samples of [from, to], integrated at `bias`. Contract: `samples` is not empty.
+ImuConnection Connect(std::span<const ImuSample> samples, Time from, Time to, const ImuBias& bias,
+                      const ImuSpec& imu);
+
+struct WindowFrame {
+  FrameId id;
+  NavState state;  // at the stamp of the set of images
+  bool keyframe = false;
+  std::optional<ImuConnection> imu;  // from the frame before; not of the first
+  // First estimate: once a frame is part of the prior, Jacobians are taken where the prior was
+  // linearised, by every factor, or else they would disagree about what is not observable (global
+  // position and heading). `step` leads from there to `state`.
+  std::optional<NavState> first_estimate;
+  Vector15d step = Vector15d::Zero();
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  // rad/s, as the gyroscope read it
+  // Body velocity and angular rate less the bias, body frame: constants while the window is solved.
+  // They move the pose from the stamp to the instant of the images when a time offset is estimated.
+  Vector6d twist = Vector6d::Zero();
+
+  const NavState& linearization() const { return first_estimate ? *first_estimate : state; }
+  void Move(const Vector15d& d);
+  void Freeze();  // the present state becomes the first estimate, unless there is one
+};
+
+struct WindowObservation {
+  FrameId frame;
+  PanoramicObservation observation;
+};
+
+// What LiDAR says about a feature, along the ray of its anchor.
+struct InverseDepthMeasurement {
+  double inverse_depth = 0.0;  // 1/m
+  double sigma = 0.0;          // 1/m
+};
+
+// A feature at an inverse depth along the ray of its first observation, the anchor.
+struct WindowFeature {
+  TrackId track;
+  std::vector<WindowObservation> observations;  // oldest first
+  double inverse_depth = 0.0;                   // 1/m, >= 0
+  bool triangulated = false;  // false: the depth is a mere default, until parallax tells
+  bool alive = true;          // still followed by the tracker
+  std::optional<InverseDepthMeasurement> lidar;
+
+  bool usable() const { return observations.size() >= 2; }
+};
+
+struct VioCalibration {
+  Pose3 T_body_pano;
+  std::vector<Pose3> T_pano_camera;
+  double time_offset = 0.0;  // s; images are taken this much later than stamped
+  double radius = 10.0;      // m, of the sphere; matters to `none` and `plane` only
+};
+
+// Which coordinates a step of the window has: frames first, calibration behind.
+class WindowLayout {
+ public:
+  WindowLayout() = default;
+  WindowLayout(int frames, int cameras, const WindowConfig& config)
+      : frames_(frames),
+        cameras_(config.extrinsics == ExtrinsicsCalibration::kCameras ? cameras : 0),
+        rig_(config.extrinsics == ExtrinsicsCalibration::kRig),
+        time_(config.time_offset) {}
+
+  int frames() const { return frames_; }
+  bool has_rig() const { return rig_; }
+  bool has_cameras() const { return cameras_ > 0; }
+  bool has_time() const { return time_; }
+  int frame(int i) const { return frame_index::kSize * i; }
+  int calibration() const { return frame_index::kSize * frames_; }
+  int calibration_size() const { return 6 * (cameras_ + (rig_ ? 1 : 0)) + (time_ ? 1 : 0); }
+  int size() const { return calibration() + calibration_size(); }
+  // Within the calibration.
+  int rig() const { return 0; }
+  int camera(int i) const { return 6 * i; }
+  int time() const { return calibration_size() - 1; }
+
+ private:
+  int frames_ = 0;
+  int cameras_ = 0;
+  bool rig_ = false, time_ = false;
+};
+
+// What has left the window: residual(step) = residual + sqrt_information * step, with `step` the
+// steps of frames from their first estimates and of the calibration from `calibration`, stacked.
+struct WindowPrior {
+  struct Block {
+    FrameId frame;  // invalid: the calibration
+    int first = 0;  // coordinate within the frame or the calibration
+    int size = 0;
+  };
+  std::vector<Block> blocks;
+  Eigen::MatrixXd sqrt_information;
+  Eigen::VectorXd residual;
+  VioCalibration calibration;
+};
+
+struct VioWindow {
+  std::vector<WindowFrame> frames;  // in the order of time
+  std::vector<WindowFeature> features;
+  VioCalibration calibration;
+  WindowPrior prior;
+
+  int FindFrame(FrameId id) const;  // index, -1 if there is none
+  WindowLayout Layout(const WindowConfig& config) const {
+    return WindowLayout(static_cast<int>(frames.size()),
+                        static_cast<int>(calibration.T_pano_camera.size()), config);
+  }
+};
+
+// Moves everything but the features by a step laid out as `layout` says.
+void MoveWindow(VioWindow& window, const WindowLayout& layout, const Eigen::VectorXd& step);
+// The step from one calibration to another, as `layout` says.
+Eigen::VectorXd CalibrationStep(const VioCalibration& from, const VioCalibration& to,
+                                const WindowLayout& layout);
+
+}  // namespace mlvi

@@ -1,0 +1,456 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/window_linearization.h"
+
+#include <array>
+#include <cmath>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/imu/imu_residual.h"
+#include "mlvi/vio/bearing_factor.h"
+
+namespace mlvi {
+namespace {
+
+constexpr std::size_t kFeaturesPerChunk = 32;
+// m^2. The information of an inverse depth that nothing tells: a parallax of 1e-4 sigmas at 1 m.
+constexpr double kNoInformation = 1e-8;
+
+// A depth from behind or in front of an edge is off by many sigmas and must not pull.
+constexpr CauchyKernel kLidarKernel{2.0};
+
+double LossCost(const WindowConfig& config, double s) {
+  return config.loss == BearingLoss::kHuber ? HuberKernel{config.loss_scale}.Cost(s)
+                                            : CauchyKernel{config.loss_scale}.Cost(s);
+}
+
+double LossWeight(const WindowConfig& config, double s) {
+  return config.loss == BearingLoss::kHuber ? HuberKernel{config.loss_scale}.Weight(s)
+                                            : CauchyKernel{config.loss_scale}.Weight(s);
+}
+
+// What bearings need of every frame.
+struct FramePlaces {
+  ImagePlace now;            // for residuals
+  ImagePlace linearization;  // for Jacobians
+  bool frozen = false;
+};
+
+// Evaluates bearings of one window.
+class BearingEvaluator {
+ public:
+  BearingEvaluator(const VioWindow& window, const WindowConfig& config)
+      : window_(window), config_(config) {
+    const double offset = window.calibration.time_offset;
+    for (const WindowFrame& f : window.frames) {
+      places_.push_back({ImagePlace(f.state.T_world_body, f.twist, offset),
+                         ImagePlace(f.linearization().T_world_body, f.twist, offset),
+                         f.first_estimate.has_value()});
+      ids_.push_back(f.id);
+    }
+  }
+
+  int Index(FrameId id) const {
+    const auto found = std::lower_bound(ids_.begin(), ids_.end(), id);
+    MLVI_CHECK(found != ids_.end() && *found == id, "frame {} is not in the window", id.value());
+    return static_cast<int>(found - ids_.begin());
+  }
+  const FramePlaces& place(int frame) const { return places_[static_cast<std::size_t>(frame)]; }
+
+  PanoramicRay RayOf(const PanoramicObservation& o, RayRole role) const {
+    return MakePanoramicRay(o,
+                            window_.calibration.T_pano_camera[static_cast<std::size_t>(o.camera)],
+                            window_.calibration.radius, config_.compensation, role);
+  }
+
+  // Residual in px at the present estimate, Jacobians at the linearisation points.
+  std::optional<Eigen::Vector2d> Evaluate(const PanoramicRay& anchor, int anchor_frame, double rho,
+                                          const PanoramicRay& target, int target_frame,
+                                          BearingJacobians* jacobians) const {
+    const FramePlaces &a = place(anchor_frame), &t = place(target_frame);
+    const Pose3& T_body_pano = window_.calibration.T_body_pano;
+    const BearingGeometry now{a.now.T_world_body, t.now.T_world_body, T_body_pano};
+    const bool frozen = jacobians != nullptr && (a.frozen || t.frozen);
+    const auto residual = BearingResidual(anchor, rho, target, now, frozen ? nullptr : jacobians);
+    if (residual && frozen) {
+      const BearingGeometry first{a.linearization.T_world_body, t.linearization.T_world_body,
+                                  T_body_pano};
+      if (!BearingResidual(anchor, rho, target, first, jacobians)) return std::nullopt;
+    }
+    return residual;
+  }
+
+ private:
+  const VioWindow& window_;
+  const WindowConfig& config_;
+  std::vector<FramePlaces> places_;
+  std::vector<FrameId> ids_;
+};
+
+// The sums of some features.
+struct VisualSums {
+  VisualSums(int size, std::size_t cameras)
+      : H(Eigen::MatrixXd::Zero(size, size)), b(Eigen::VectorXd::Zero(size)), per_camera(cameras) {}
+
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b;
+  double cost = 0.0;
+  std::vector<BearingStatistics> per_camera;
+};
+
+// One derivative block of a bearing and where it goes among the visual coordinates.
+struct VisualBlock {
+  int start = 0;
+  int size = 0;
+  Eigen::Matrix<double, 2, 6> J;
+};
+
+// The blocks of one bearing, by rising coordinate: anchor and target pose, calibration.
+class VisualBlocks {
+ public:
+  void Add(int start, const Eigen::Matrix<double, 2, 6>& J) { blocks_[count_++] = {start, 6, J}; }
+  void AddColumn(int start, const Eigen::Vector2d& column) {
+    blocks_[count_] = {start, 1, {}};
+    blocks_[count_++].J.col(0) = column;
+  }
+  std::span<const VisualBlock> all() const { return {blocks_.data(), count_}; }
+
+ private:
+  std::array<VisualBlock, 5> blocks_;
+  std::size_t count_ = 0;
+};
+
+VisualBlocks CollectBlocks(const WindowLayout& layout, const BearingEvaluator& evaluator,
+                           const BearingJacobians& j, int anchor, int target, int anchor_camera,
+                           int target_camera) {
+  VisualBlocks blocks;
+  const ImagePlace& a = evaluator.place(anchor).linearization;
+  const ImagePlace& t = evaluator.place(target).linearization;
+  if (anchor != target) {  // within one frame its pose does not matter
+    blocks.Add(6 * anchor, a.moved ? (j.anchor * a.by_pose).eval() : j.anchor);
+    blocks.Add(6 * target, t.moved ? (j.target * t.by_pose).eval() : j.target);
+  }
+  const int calibration = 6 * layout.frames();
+  if (layout.has_rig()) blocks.Add(calibration + layout.rig(), j.body_pano);
+  if (layout.has_cameras()) {
+    const int first = calibration + layout.camera(anchor_camera);
+    const int second = calibration + layout.camera(target_camera);
+    if (first == second) blocks.Add(first, j.anchor_camera + j.target_camera);
+    if (first < second) blocks.Add(first, j.anchor_camera);
+    if (first != second) blocks.Add(second, j.target_camera);
+    if (first > second) blocks.Add(first, j.anchor_camera);
+  }
+  if (layout.has_time() && anchor != target) {
+    blocks.AddColumn(calibration + layout.time(),
+                     j.anchor * a.by_time_offset + j.target * t.by_time_offset);
+  }
+  return blocks;
+}
+
+// Adds weight * J^T J and -weight * J^T r.
+void AddBlocks(const VisualBlocks& blocks, const Eigen::Vector2d& residual, double weight,
+               VisualSums& sums) {
+  const auto all = blocks.all();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const VisualBlock& x = all[i];
+    const Eigen::Matrix<double, 2, 6> weighted = weight * x.J;
+    if (x.size == 6) {
+      sums.b.segment<6>(x.start).noalias() -= weighted.transpose() * residual;
+    } else {
+      sums.b[x.start] -= weighted.col(0).dot(residual);
+    }
+    for (std::size_t k = i; k < all.size(); ++k) {
+      const VisualBlock& y = all[k];
+      if (x.size == 6 && y.size == 6) {
+        sums.H.block<6, 6>(x.start, y.start).noalias() += weighted.transpose() * y.J;
+      } else {  // the column of the time offset comes last
+        sums.H.col(y.start).segment(x.start, x.size) +=
+            weighted.leftCols(x.size).transpose() * y.J.col(0);
+      }
+    }
+  }
+}
+
+// Linearises single features; rows of `system` that belong to them are written, sums are added.
+class FeatureLinearizer {
+ public:
+  FeatureLinearizer(const VioWindow& window, const WindowConfig& config)
+      : window_(window),
+        config_(config),
+        evaluator_(window, config),
+        layout_(window.Layout(config)),
+        inverse_sigma_(1.0 / config.pixel_sigma) {}
+
+  void Add(std::size_t f, LinearizedWindow& system, VisualSums& sums) const {
+    const WindowFeature& feature = window_.features[f];
+    if (!feature.usable()) return;
+    const PanoramicObservation& first = feature.observations.front().observation;
+    const int anchor = evaluator_.Index(feature.observations.front().frame);
+    const PanoramicRay anchor_ray = evaluator_.RayOf(first, RayRole::kAnchor);
+    const auto row = static_cast<Eigen::Index>(f);
+    for (std::size_t k = 1; k < feature.observations.size(); ++k) {
+      const WindowObservation& o = feature.observations[k];
+      const int target = evaluator_.Index(o.frame);
+      BearingJacobians j;
+      auto residual =
+          evaluator_.Evaluate(anchor_ray, anchor, feature.inverse_depth,
+                              evaluator_.RayOf(o.observation, RayRole::kTarget), target, &j);
+      if (!residual) continue;
+      const double s = (inverse_sigma_ * *residual).squaredNorm();
+      const double weight = inverse_sigma_ * inverse_sigma_ * LossWeight(config_, s);
+      sums.cost += 0.5 * LossCost(config_, s);
+      sums.per_camera[static_cast<std::size_t>(o.observation.camera)].Add(residual->squaredNorm());
+      const VisualBlocks blocks =
+          CollectBlocks(layout_, evaluator_, j, anchor, target, first.camera, o.observation.camera);
+      AddBlocks(blocks, *residual, weight, sums);
+      const Eigen::Vector2d weighted = weight * j.inverse_depth;
+      system.feature_information[row] += weighted.dot(j.inverse_depth);
+      system.feature_gradient[row] -= weighted.dot(*residual);
+      for (const VisualBlock& block : blocks.all()) {
+        system.coupling.row(row).segment(block.start, block.size) +=
+            weighted.transpose() * block.J.leftCols(block.size);
+      }
+    }
+    AddLidar(feature, row, system, sums);
+  }
+
+  // The objective of one feature, and of its bearings their squared residuals in sigmas.
+  double Cost(const WindowFeature& feature, BearingStatistics* statistics = nullptr) const {
+    if (!feature.usable()) return 0.0;
+    double cost = 0.0;
+    const int anchor = evaluator_.Index(feature.observations.front().frame);
+    const PanoramicRay anchor_ray =
+        evaluator_.RayOf(feature.observations.front().observation, RayRole::kAnchor);
+    for (std::size_t k = 1; k < feature.observations.size(); ++k) {
+      const WindowObservation& o = feature.observations[k];
+      const auto residual = evaluator_.Evaluate(anchor_ray, anchor, feature.inverse_depth,
+                                                evaluator_.RayOf(o.observation, RayRole::kTarget),
+                                                evaluator_.Index(o.frame), nullptr);
+      if (!residual) continue;
+      const double s = (inverse_sigma_ * *residual).squaredNorm();
+      cost += 0.5 * LossCost(config_, s);
+      if (statistics != nullptr) statistics->Add(s);
+    }
+    if (feature.lidar) {
+      const double s =
+          (feature.inverse_depth - feature.lidar->inverse_depth) / feature.lidar->sigma;
+      cost += 0.5 * kLidarKernel.Cost(s * s);
+    }
+    return cost;
+  }
+
+ private:
+  void AddLidar(const WindowFeature& feature, Eigen::Index row, LinearizedWindow& system,
+                VisualSums& sums) const {
+    if (!feature.lidar) return;
+    const double inverse_variance = 1.0 / (feature.lidar->sigma * feature.lidar->sigma);
+    const double error = feature.inverse_depth - feature.lidar->inverse_depth;
+    const double s = error * error * inverse_variance;
+    const double weight = inverse_variance * kLidarKernel.Weight(s);
+    system.feature_information[row] += weight;
+    system.feature_gradient[row] -= weight * error;
+    sums.cost += 0.5 * kLidarKernel.Cost(s);
+  }
+
+  const VioWindow& window_;
+  const WindowConfig& config_;
+  BearingEvaluator evaluator_;
+  WindowLayout layout_;
+  double inverse_sigma_;
+};
+
+// From error-state order (position in the world) to the coordinates of a frame.
+Matrix15d ByFrameStep(const Matrix15d& by_error, const NavState& state) {
+  Matrix15d J;
+  J << by_error.middleCols<3>(nav_index::kPosition) * state.T_world_body.R(),
+      by_error.middleCols<3>(nav_index::kRotation), by_error.middleCols<3>(nav_index::kVelocity),
+      by_error.middleCols<6>(nav_index::kAccelerometerBias);
+  return J;
+}
+
+Vector15d ImuError(const VioWindow& window, std::size_t i, double gravity) {
+  const WindowFrame &first = window.frames[i - 1], &second = window.frames[i];
+  return second.imu->sqrt_information *
+         EvaluateImuResidual(first.state, second.state, second.imu->motion, gravity).value;
+}
+
+void AddImu(const VioWindow& window, std::size_t i, double gravity, LinearizedWindow& system) {
+  const WindowFrame &first = window.frames[i - 1], &second = window.frames[i];
+  const ImuConnection& imu = *second.imu;
+  const Vector15d residual = ImuError(window, i, gravity);
+  const ImuResidual at =
+      EvaluateImuResidual(first.linearization(), second.linearization(), imu.motion, gravity);
+  Eigen::Matrix<double, 15, 30> J;
+  J << imu.sqrt_information * ByFrameStep(at.by_first, first.linearization()),
+      imu.sqrt_information * ByFrameStep(at.by_second, second.linearization());
+  const int start = system.layout.frame(static_cast<int>(i) - 1);
+  system.H.block<30, 30>(start, start).noalias() += J.transpose() * J;
+  system.b.segment<30>(start).noalias() -= J.transpose() * residual;
+  system.cost += 0.5 * residual.squaredNorm();
+}
+
+// The step of all coordinates of the prior, stacked.
+Eigen::VectorXd PriorStep(const VioWindow& window, const WindowLayout& layout) {
+  const WindowPrior& prior = window.prior;
+  Eigen::VectorXd step(prior.sqrt_information.cols());
+  int row = 0;
+  const Eigen::VectorXd calibration =
+      CalibrationStep(prior.calibration, window.calibration, layout);
+  for (const WindowPrior::Block& block : prior.blocks) {
+    if (block.frame.valid()) {
+      const WindowFrame& frame =
+          window.frames[static_cast<std::size_t>(window.FindFrame(block.frame))];
+      step.segment(row, block.size) = frame.step.segment(block.first, block.size);
+    } else {
+      step.segment(row, block.size) = calibration.segment(block.first, block.size);
+    }
+    row += block.size;
+  }
+  return step;
+}
+
+Eigen::VectorXd PriorError(const VioWindow& window, const WindowLayout& layout) {
+  return window.prior.residual + window.prior.sqrt_information * PriorStep(window, layout);
+}
+
+void AddPrior(const VioWindow& window, LinearizedWindow& system) {
+  const WindowPrior& prior = window.prior;
+  if (prior.blocks.empty()) return;
+  const Eigen::VectorXd residual = PriorError(window, system.layout);
+  const Eigen::MatrixXd& J = prior.sqrt_information;
+  const Eigen::MatrixXd information = J.transpose() * J;
+  const Eigen::VectorXd gradient = -J.transpose() * residual;
+  std::vector<int> coordinates;
+  for (const WindowPrior::Block& block : prior.blocks) {
+    const int start = block.frame.valid() ? system.layout.frame(window.FindFrame(block.frame))
+                                          : system.layout.calibration();
+    for (int k = 0; k < block.size; ++k) coordinates.push_back(start + block.first + k);
+  }
+  const auto size = static_cast<int>(coordinates.size());
+  for (int c = 0; c < size; ++c) {
+    for (int r = 0; r < size; ++r) {
+      if (coordinates[r] <= coordinates[c])
+        system.H(coordinates[r], coordinates[c]) += information(r, c);
+    }
+    system.b[coordinates[c]] += gradient[c];
+  }
+  system.cost += 0.5 * residual.squaredNorm();
+}
+
+// Brings the sums of bearings to their places.
+void AddVisual(const VisualSums& sums, LinearizedWindow& system) {
+  const int size = system.visual_size();
+  for (int c = 0; c < size; ++c) {
+    const int column = system.FromVisual(c);
+    for (int r = 0; r <= c; ++r) system.H(system.FromVisual(r), column) += sums.H(r, c);
+    system.b[column] += sums.b[c];
+  }
+  system.cost += sums.cost;
+}
+
+void AddBearings(const VioWindow& window, const WindowConfig& config, LinearizedWindow& system) {
+  const std::size_t count = window.features.size();
+  const auto rows = static_cast<Eigen::Index>(count);
+  system.coupling = Eigen::MatrixXd::Zero(rows, system.visual_size());
+  system.feature_information = Eigen::VectorXd::Zero(rows);
+  system.feature_gradient = Eigen::VectorXd::Zero(rows);
+  const FeatureLinearizer linearizer(window, config);
+  const std::size_t cameras = window.calibration.T_pano_camera.size();
+  const std::size_t chunks = (count + kFeaturesPerChunk - 1) / kFeaturesPerChunk;
+  std::vector<VisualSums> partial(chunks, VisualSums(system.visual_size(), cameras));
+  ParallelForChunks(count, kFeaturesPerChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      linearizer.Add(f, system, partial[begin / kFeaturesPerChunk]);
+    }
+  });
+  VisualSums sums(system.visual_size(), cameras);
+  for (const VisualSums& part : partial) {
+    sums.H += part.H;
+    sums.b += part.b;
+    sums.cost += part.cost;
+    for (std::size_t c = 0; c < cameras; ++c) sums.per_camera[c].Add(part.per_camera[c]);
+  }
+  AddVisual(sums, system);
+  system.per_camera = sums.per_camera;
+}
+
+}  // namespace
+
+LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, double gravity,
+                           const FactorSelection& selection) {
+  LinearizedWindow system;
+  system.layout = window.Layout(config);
+  system.H = Eigen::MatrixXd::Zero(system.layout.size(), system.layout.size());
+  system.b = Eigen::VectorXd::Zero(system.layout.size());
+  if (selection.bearings) AddBearings(window, config, system);
+  const std::size_t last = selection.first_imu_only ? 2 : window.frames.size();
+  for (std::size_t i = 1; selection.imu && i < std::min(last, window.frames.size()); ++i) {
+    AddImu(window, i, gravity, system);
+  }
+  if (selection.prior) AddPrior(window, system);
+  return system;
+}
+
+double WindowCost(const VioWindow& window, const WindowConfig& config, double gravity) {
+  const FeatureLinearizer linearizer(window, config);
+  double cost = ParallelReduce(
+      window.features.size(), kFeaturesPerChunk, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0.0;
+        for (std::size_t f = begin; f < end; ++f) sum += linearizer.Cost(window.features[f]);
+        return sum;
+      },
+      [](double& sum, double part) { sum += part; });
+  for (std::size_t i = 1; i < window.frames.size(); ++i) {
+    cost += 0.5 * ImuError(window, i, gravity).squaredNorm();
+  }
+  if (!window.prior.blocks.empty()) {
+    cost += 0.5 * PriorError(window, window.Layout(config)).squaredNorm();
+  }
+  return cost;
+}
+
+std::vector<double> FeatureErrors(const VioWindow& window, const WindowConfig& config) {
+  const FeatureLinearizer linearizer(window, config);
+  std::vector<double> errors;
+  errors.reserve(window.features.size());
+  for (const WindowFeature& feature : window.features) {
+    BearingStatistics statistics;
+    linearizer.Cost(feature, &statistics);
+    errors.push_back(statistics.count > 0 ? statistics.sum / (2.0 * statistics.count) : 0.0);
+  }
+  return errors;
+}
+
+ReducedSystem EliminateFeatures(const LinearizedWindow& system, double relative_damping,
+                                double absolute_damping) {
+  ReducedSystem reduced{system.H, system.b};
+  if (system.coupling.rows() == 0) return reduced;
+  const Eigen::ArrayXd information =
+      (1.0 + relative_damping) * system.feature_information.array() + absolute_damping;
+  const Eigen::ArrayXd inverse = (information > kNoInformation).select(information.inverse(), 0.0);
+  const Eigen::MatrixXd scaled = inverse.sqrt().matrix().asDiagonal() * system.coupling;
+  Eigen::MatrixXd taken = Eigen::MatrixXd::Zero(scaled.cols(), scaled.cols());
+  taken.selfadjointView<Eigen::Upper>().rankUpdate(scaled.transpose());
+  const Eigen::VectorXd gradient =
+      system.coupling.transpose() * (inverse * system.feature_gradient.array()).matrix();
+  for (int c = 0; c < system.visual_size(); ++c) {
+    const int column = system.FromVisual(c);
+    for (int r = 0; r <= c; ++r) reduced.H(system.FromVisual(r), column) -= taken(r, c);
+    reduced.b[column] -= gradient[c];
+  }
+  return reduced;
+}
+
+Eigen::VectorXd FeatureSteps(const LinearizedWindow& system, const Eigen::VectorXd& step,
+                             double relative_damping, double absolute_damping) {
+  Eigen::VectorXd visual(system.visual_size());
+  for (int i = 0; i < visual.size(); ++i) visual[i] = step[system.FromVisual(i)];
+  const Eigen::ArrayXd information =
+      (1.0 + relative_damping) * system.feature_information.array() + absolute_damping;
+  const Eigen::ArrayXd inverse = (information > kNoInformation).select(information.inverse(), 0.0);
+  if (system.coupling.rows() == 0) return Eigen::VectorXd();
+  return (inverse * (system.feature_gradient - system.coupling * visual).array()).matrix();
+}
+
+}  // namespace mlvi

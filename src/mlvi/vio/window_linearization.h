@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Normal equations of the window: bearings, LiDAR depths, IMU, prior.
+//
+// Every feature has one unknown of its own, its inverse depth, and is connected to nothing else: it
+// is eliminated by a division. What is left couples poses and calibration only, densely, which is
+// why a general sparse solver has nothing to gain here (docs/decisions.md).
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "mlvi/geometry/robust_kernels.h"
+#include "mlvi/vio/window.h"
+
+namespace mlvi {
+
+// Which factors take part.
+struct FactorSelection {
+  bool bearings = true;
+  bool imu = true;
+  // Only the connection from the first frame to the second, of the IMU's.
+  bool first_imu_only = false;
+  bool prior = true;
+};
+
+// Squared residuals in pixels, before robust weighting.
+struct BearingStatistics {
+  double sum = 0.0;  // px^2
+  int count = 0;     // two-vectors
+
+  void Add(double squared) {
+    sum += squared;
+    ++count;
+  }
+  void Add(const BearingStatistics& other) {
+    sum += other.sum;
+    count += other.count;
+  }
+  double rms() const { return count > 0 ? std::sqrt(sum / (2.0 * count)) : 0.0; }  // px, per axis
+};
+
+// H d = b in the coordinates of `layout`, plus one scalar unknown per feature: for feature f
+// feature_information[f] d_f + coupling.row(f) d_visual = feature_gradient[f], where the visual
+// coordinates are six per frame (its pose) and then the calibration.
+struct LinearizedWindow {
+  WindowLayout layout;
+  Eigen::MatrixXd H;  // upper triangle; features not eliminated
+  Eigen::VectorXd b;
+  Eigen::MatrixXd coupling;  // features x visual coordinates
+  Eigen::VectorXd feature_information, feature_gradient;
+  double cost = 0.0;  // sum of rho(|residual|^2) / 2
+  std::vector<BearingStatistics> per_camera;
+
+  int visual_size() const { return 6 * layout.frames() + layout.calibration_size(); }
+  // Full coordinate of a visual one.
+  int FromVisual(int i) const {
+    const int poses = 6 * layout.frames();
+    return i < poses ? layout.frame(i / 6) + i % 6 : layout.calibration() + i - poses;
+  }
+};
+
+LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, double gravity,
+                           const FactorSelection& selection = {});
+
+// The objective alone.
+double WindowCost(const VioWindow& window, const WindowConfig& config, double gravity);
+
+// Mean squared error of each feature, in squared sigmas per axis, at the present estimate; 0 for
+// features without a second observation.
+std::vector<double> FeatureErrors(const VioWindow& window, const WindowConfig& config);
+
+// Normal equations with all features eliminated. The information of a feature is enlarged by a
+// share of itself and by a constant (m^2): the damping of Levenberg and Marquardt.
+struct ReducedSystem {
+  Eigen::MatrixXd H;  // upper triangle
+  Eigen::VectorXd b;
+};
+ReducedSystem EliminateFeatures(const LinearizedWindow& system, double relative_damping = 0.0,
+                                double absolute_damping = 0.0);
+// The features' steps for a step of the rest.
+Eigen::VectorXd FeatureSteps(const LinearizedWindow& system, const Eigen::VectorXd& step,
+                             double relative_damping, double absolute_damping);
+
+}  // namespace mlvi

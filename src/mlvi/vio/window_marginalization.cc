@@ -1,0 +1,238 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/window_marginalization.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "mlvi/base/error.h"
+#include "mlvi/vio/window_features.h"
+
+namespace mlvi {
+namespace {
+
+// Relative to a matrix of unit diagonal: weaker directions count as unknown.
+constexpr double kUnknown = 1e-12;
+// 1/m: far points whose depth is known to this are as good as others.
+constexpr double kFarSigma = 0.02;
+
+using Blocks = std::vector<WindowPrior::Block>;
+
+int SizeOf(const Blocks& blocks) {
+  int size = 0;
+  for (const WindowPrior::Block& block : blocks) size += block.size;
+  return size;
+}
+
+// The coordinates that a linearised problem says something about, without the first frame's.
+Blocks InvolvedBlocks(const VioWindow& window, const WindowLayout& layout,
+                      const Eigen::MatrixXd& H) {
+  Blocks blocks;
+  for (int i = 1; i < layout.frames(); ++i) {
+    const Eigen::VectorXd diagonal = H.diagonal().segment<frame_index::kSize>(layout.frame(i));
+    const FrameId id = window.frames[static_cast<std::size_t>(i)].id;
+    if (diagonal.tail<9>().maxCoeff() > 0.0) {
+      blocks.push_back({id, 0, frame_index::kSize});
+    } else if (diagonal.head<6>().maxCoeff() > 0.0) {
+      blocks.push_back({id, 0, 6});
+    }
+  }
+  if (layout.calibration_size() > 0) {
+    blocks.push_back({FrameId(), 0, layout.calibration_size()});
+  }
+  return blocks;
+}
+
+std::vector<int> CoordinatesOf(const Blocks& blocks, const VioWindow& window,
+                               const WindowLayout& layout) {
+  std::vector<int> result;
+  for (const WindowPrior::Block& block : blocks) {
+    const int start =
+        block.frame.valid() ? layout.frame(window.FindFrame(block.frame)) : layout.calibration();
+    for (int k = 0; k < block.size; ++k) result.push_back(start + block.first + k);
+  }
+  return result;
+}
+
+// H and b without the first `removed` coordinates, of which only `kept` remain.
+ReducedSystem SchurComplement(const ReducedSystem& system, int removed,
+                              const std::vector<int>& kept) {
+  const Eigen::MatrixXd H = system.H.selfadjointView<Eigen::Upper>();
+  Eigen::MatrixXd cross(removed, kept.size());
+  ReducedSystem result{Eigen::MatrixXd(kept.size(), kept.size()), Eigen::VectorXd(kept.size())};
+  for (std::size_t c = 0; c < kept.size(); ++c) {
+    const auto column = static_cast<Eigen::Index>(c);
+    cross.col(column) = H.col(kept[c]).head(removed);
+    result.b[column] = system.b[kept[c]];
+    for (std::size_t r = 0; r < kept.size(); ++r) {
+      result.H(static_cast<Eigen::Index>(r), column) = H(kept[r], kept[c]);
+    }
+  }
+  const Eigen::MatrixXd H_removed = H.topLeftCorner(removed, removed);
+  const Eigen::VectorXd scale = H_removed.diagonal().array().max(1e-30).sqrt().inverse();
+  const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * H_removed * scale.asDiagonal());
+  MLVI_CHECK(llt.info() == Eigen::Success, "the state of the frame that leaves is not determined");
+  const Eigen::MatrixXd half = llt.matrixL().solve(scale.asDiagonal() * cross);
+  const Eigen::VectorXd half_b = llt.matrixL().solve(scale.cwiseProduct(system.b.head(removed)));
+  result.H -= half.transpose() * half;
+  result.b -= half.transpose() * half_b;
+  return result;
+}
+
+// J and r with J^T J = H and J^T r = -b.
+void SquareRoot(const ReducedSystem& system, Eigen::MatrixXd& J, Eigen::VectorXd& r) {
+  const Eigen::VectorXd scale = system.H.diagonal().array().max(1e-30).sqrt();
+  const Eigen::VectorXd inverse = scale.cwiseInverse();
+  const Eigen::MatrixXd scaled = inverse.asDiagonal() * system.H * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
+  const Eigen::ArrayXd values = eigen.eigenvalues();
+  const Eigen::ArrayXd root = (values > kUnknown).select(values.max(kUnknown).sqrt(), 0.0);
+  const Eigen::ArrayXd inverse_root = (values > kUnknown).select(root.max(1e-30).inverse(), 0.0);
+  J = root.matrix().asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  r = -(inverse_root.matrix().asDiagonal() *
+        (eigen.eigenvectors().transpose() * inverse.cwiseProduct(system.b)));
+}
+
+// The observations of a feature that go with the first frame, and what stays in `feature`.
+WindowFeature TakeObservations(WindowFeature& feature, const VioWindow& window,
+                               const WindowConfig& config) {
+  const auto frames = static_cast<int>(window.frames.size());
+  const int last = feature.alive ? std::min(config.keyframes / 2, frames - 2) : frames - 2;
+  std::size_t count = 0;
+  while (count < feature.observations.size() &&
+         window.FindFrame(feature.observations[count].frame) <= last) {
+    ++count;
+  }
+  WindowFeature taken = feature;
+  taken.observations.resize(count);
+  if (count == feature.observations.size()) {
+    feature.observations.clear();
+  } else {
+    AnchorAt(feature, count, window, config);
+    feature.lidar.reset();
+  }
+  return taken;
+}
+
+bool SeesFrame(const WindowFeature& feature, FrameId frame) {
+  return feature.observations.front().frame == frame;
+}
+
+// The features that go with the first frame: their window, without them changed.
+std::vector<std::size_t> KnownFeatures(const VioWindow& window, const WindowConfig& config) {
+  const LinearizedWindow system =
+      Linearize(window, config, 0.0, {.bearings = true, .imu = false, .prior = false});
+  std::vector<std::size_t> known;
+  for (std::size_t f = 0; f < window.features.size(); ++f) {
+    const double information = system.feature_information[static_cast<Eigen::Index>(f)];
+    const double allowed =
+        std::max(kFarSigma, config.max_relative_depth_sigma * window.features[f].inverse_depth);
+    if (information * allowed * allowed > 1.0) known.push_back(f);
+  }
+  return known;
+}
+
+// The part of the window that becomes the prior: it takes observations out of `window`.
+VioWindow TakePart(VioWindow& window, const WindowConfig& config) {
+  VioWindow part;
+  part.frames = window.frames;
+  part.calibration = window.calibration;
+  part.prior = window.prior;
+  std::vector<std::size_t> origin;
+  for (std::size_t f = 0; f < window.features.size(); ++f) {
+    WindowFeature copy = window.features[f];
+    if (!SeesFrame(copy, window.frames.front().id)) continue;
+    part.features.push_back(TakeObservations(copy, window, config));
+    origin.push_back(f);
+  }
+  const std::vector<std::size_t> known = KnownFeatures(part, config);
+  std::vector<WindowFeature> taken;
+  for (const std::size_t k : known) {
+    taken.push_back(part.features[k]);
+    TakeObservations(window.features[origin[k]], window, config);
+  }
+  part.features = std::move(taken);
+  std::erase_if(window.features, [](const WindowFeature& f) { return f.observations.empty(); });
+  return part;
+}
+
+}  // namespace
+
+WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
+                       const WindowConfig& config) {
+  MLVI_CHECK(window.frames.size() == 1, "{} frames", window.frames.size());
+  const WindowLayout layout = window.Layout(config);
+  WindowPrior prior{.calibration = window.calibration};
+  prior.blocks.push_back({window.frames.front().id, 0, frame_index::kSize});
+  const int size = layout.size();
+  prior.sqrt_information = Eigen::MatrixXd::Zero(size, size);
+  const Eigen::LLT<Matrix15d> llt(covariance);
+  MLVI_CHECK(llt.info() == Eigen::Success,
+             "the covariance of the first state is not positive definite");
+  prior.sqrt_information.topLeftCorner<15, 15>() =
+      llt.matrixL().solve(Matrix15d(Matrix15d::Identity()));
+  prior.residual = Eigen::VectorXd::Zero(size);
+  if (layout.calibration_size() > 0) {
+    prior.blocks.push_back({FrameId(), 0, layout.calibration_size()});
+    Eigen::VectorXd sigmas(layout.calibration_size());
+    const int poses = (layout.calibration_size() - (layout.has_time() ? 1 : 0)) / 6;
+    for (int i = 0; i < poses; ++i) {
+      sigmas.segment<3>(6 * i).setConstant(config.extrinsics_translation_sigma);
+      sigmas.segment<3>(6 * i + 3).setConstant(config.extrinsics_rotation_sigma);
+    }
+    if (layout.has_time()) sigmas[layout.time()] = config.time_offset_sigma;
+    prior.sqrt_information.bottomRightCorner(sigmas.size(), sigmas.size()) =
+        sigmas.cwiseInverse().asDiagonal();
+  }
+  return prior;
+}
+
+WindowPrior PriorWithoutFirstFrame(VioWindow& window, const LinearizedWindow& system) {
+  const ReducedSystem reduced = EliminateFeatures(system);
+  WindowPrior prior{.blocks = InvolvedBlocks(window, system.layout, reduced.H),
+                    .calibration = window.calibration};
+  const ReducedSystem rest = SchurComplement(reduced, frame_index::kSize,
+                                             CoordinatesOf(prior.blocks, window, system.layout));
+  SquareRoot(rest, prior.sqrt_information, prior.residual);
+  // The residual so far is that of the present estimate; the prior counts from the first estimates.
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(SizeOf(prior.blocks));
+  int row = 0;
+  for (const WindowPrior::Block& block : prior.blocks) {
+    if (block.frame.valid()) {
+      WindowFrame& frame = window.frames[static_cast<std::size_t>(window.FindFrame(block.frame))];
+      frame.Freeze();
+      step.segment(row, block.size) = frame.step.segment(block.first, block.size);
+    }
+    row += block.size;
+  }
+  prior.residual -= prior.sqrt_information * step;
+  return prior;
+}
+
+void MarginalizeFirstFrame(VioWindow& window, const WindowConfig& config, double gravity) {
+  MLVI_CHECK(window.frames.size() >= 3, "{} frames", window.frames.size());
+  const FrameId first = window.frames.front().id;
+  const VioWindow part = TakePart(window, config);
+  const LinearizedWindow system = Linearize(part, config, gravity, {.first_imu_only = true});
+  window.prior = PriorWithoutFirstFrame(window, system);
+  ForgetObservations(window, first, config);
+  window.frames.erase(window.frames.begin());
+  window.frames.front().imu.reset();
+}
+
+void DropFrame(VioWindow& window, std::size_t index, const WindowConfig& config,
+               const ImuSpec& imu) {
+  MLVI_CHECK(index > 0 && index + 1 < window.frames.size(), "frame {} of {}", index,
+             window.frames.size());
+  const WindowFrame& dropped = window.frames[index];
+  MLVI_CHECK(!dropped.first_estimate, "frame {} is part of the prior", dropped.id.value());
+  ForgetObservations(window, dropped.id, config);
+  WindowFrame& next = window.frames[index + 1];
+  std::vector<ImuSample> samples = dropped.imu->samples;
+  samples.insert(samples.end(), next.imu->samples.begin() + 1, next.imu->samples.end());
+  const Time from = window.frames[index - 1].state.stamp;
+  next.imu = Connect(samples, from, next.state.stamp, window.frames[index - 1].state.bias, imu);
+  window.frames.erase(window.frames.begin() + static_cast<std::ptrdiff_t>(index));
+}
+
+}  // namespace mlvi
