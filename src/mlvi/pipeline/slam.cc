@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "mlvi/pipeline/frame_change.h"
+#include "mlvi/state/frame_change.h"
 
 namespace mlvi {
 namespace {

@@ -23,6 +23,8 @@ namespace mlvi::test {
 struct SyntheticOptions {
   testing::Walk walk;
   ImuSpec imu = testing::TestImu();
+  double accelerometer_bias = 0.02;  // m/s^2, one sigma per axis
+  double gyroscope_bias = 0.002;     // rad/s
   int cameras = 4;
   double offset = 0.07;    // m, of the cameras from the body
   int budget = 150;        // living tracks
@@ -121,8 +123,8 @@ class SyntheticRecording {
   void MakeImu() {
     samples_ = options_.walk.Samples(0.0, options_.seconds + 1.0, options_.imu.rate_hz);
     RandomStream random(options_.seed, "synthetic imu");
-    ImuBias bias{.accelerometer = testing::NormalVector(random, 0.02),
-                 .gyroscope = testing::NormalVector(random, 0.002)};
+    ImuBias bias{.accelerometer = testing::NormalVector(random, options_.accelerometer_bias),
+                 .gyroscope = testing::NormalVector(random, options_.gyroscope_bias)};
     const double root_rate = std::sqrt(options_.imu.rate_hz);
     const ImuNoise& noise = options_.imu.noise;
     for (ImuSample& sample : samples_) {

@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/vio/vio.h"
 
+#include <algorithm>
+
 #include "mlvi/base/error.h"
+#include "mlvi/imu/levelling.h"
 #include "mlvi/imu/propagation.h"
+#include "mlvi/state/frame_change.h"
 #include "mlvi/vio/frame_history.h"
 #include "mlvi/vio/lidar_depth.h"
 #include "mlvi/vio/sliding_window.h"
@@ -26,6 +30,13 @@ VioCalibration CalibrationOf(const PanoramaModel& model) {
   return calibration;
 }
 
+// Position and heading of a pose, as the frame of a start whose first body has neither.
+Pose3 PlaceOf(const Pose3& T_world_body) {
+  const Eigen::Matrix3d R = T_world_body.R();
+  const Eigen::Vector3d up = R.transpose().col(2);
+  return Pose3(ExpSo3({0.0, 0.0, Heading(up).Of(R)}), T_world_body.translation());
+}
+
 }  // namespace
 
 struct Vio::Impl {
@@ -45,6 +56,9 @@ struct Vio::Impl {
   VioResult Process(const ImageSet& set, std::span<const ImuSample> imu);
   void Remember(std::span<const ImuSample> imu, Time now);
   std::optional<OdometryEstimate> PropagatedStart(Time stamp) const;
+  void TryStart(const ImageSet& set, VioResult& result);
+  std::vector<FrameInstant> StartFrames() const;
+  Expected<OdometryEstimate> FirstState() const;
   TrackingSummary Track(const ImageSet& set, const std::optional<NavState>& predicted);
   TrackingHints Hints(FrameId frame) const;
   void Begin(const ImageSet& set, const OdometryEstimate& start, VioResult& result);
@@ -63,7 +77,11 @@ struct Vio::Impl {
   FrameHistory history;
   std::optional<OdometryEstimate> pending_start;
   std::string failure_reason;
-  FrameId frame;  // of the set in work
+  std::string start_objection = "waiting for a first state";
+  Time next_attempt;               // at a start from what was seen
+  Time start_after;                // what was seen before went into an estimate that failed
+  std::optional<Pose3> last_pose;  // the last one that was believed
+  FrameId frame;                   // of the set in work
   bool new_cloud = false;
 };
 
@@ -103,9 +121,7 @@ VioResult Vio::Impl::Process(const ImageSet& set, std::span<const ImuSample> imu
   } else if (window.started()) {
     Estimate(set, *predicted, result);
   } else {
-    result.status =
-        failure_reason.empty() ? VioResult::Status::kInitializing : VioResult::Status::kFailed;
-    result.reason = failure_reason.empty() ? "waiting for a first state" : failure_reason;
+    TryStart(set, result);
   }
   return result;
 }
@@ -126,6 +142,54 @@ std::optional<OdometryEstimate> Vio::Impl::PropagatedStart(Time stamp) const {
       Propagate(pending_start->state, pending_start->covariance, between, imu_spec, gravity);
   OdometryEstimate start{.state = propagation.states.back(), .covariance = propagation.covariance};
   return start;
+}
+
+// A start from cameras and IMU alone.
+void Vio::Impl::TryStart(const ImageSet& set, VioResult& result) {
+  if (!next_attempt.valid() || set.stamp >= next_attempt) {
+    const StageTimes::Scope scope(times, "vio_start");
+    next_attempt = set.stamp + Duration::FromSeconds(config.start.retry_interval);
+    const Expected<OdometryEstimate> first = FirstState();
+    if (first) return Begin(set, *first, result);
+    start_objection = first.error().message;
+  }
+  const bool failed = !failure_reason.empty();
+  result.status = failed ? VioResult::Status::kFailed : VioResult::Status::kInitializing;
+  result.reason = failed ? failure_reason + "; new start: " + start_objection : start_objection;
+}
+
+// The newest sets that a start is made from, thinned, in the order of time.
+std::vector<FrameInstant> Vio::Impl::StartFrames() const {
+  std::vector<FrameInstant> frames;
+  const std::span<const FrameHistory::Frame> all = history.frames();
+  const Time oldest = all.back().stamp - Duration::FromSeconds(config.start.max_seconds);
+  for (auto seen = all.rbegin(); seen != all.rend(); ++seen) {
+    if (seen->stamp < oldest || seen->stamp < history.samples().front().stamp) break;
+    if (start_after.valid() && seen->stamp <= start_after) break;
+    if (!frames.empty() &&
+        (frames.back().stamp - seen->stamp).seconds() < config.start.frame_interval) {
+      continue;
+    }
+    frames.push_back({seen->id, seen->stamp});
+  }
+  std::reverse(frames.begin(), frames.end());
+  return frames;
+}
+
+Expected<OdometryEstimate> Vio::Impl::FirstState() const {
+  if (history.samples().empty()) return MakeError(ErrorKind::kEstimation, "no IMU samples yet");
+  const std::vector<FrameInstant> frames = StartFrames();
+  const Expected<Initialization> start =
+      InitializeFromTracks({.tracks = tracker.tracks().tracks(),
+                            .frames = frames,
+                            .samples = history.samples(),
+                            .T_body_pano = tracker.model().T_body_pano(),
+                            .pixel_sigma = config.window.pixel_sigma},
+                           imu_spec, gravity, config.start);
+  if (!start) return tl::unexpected(start.error());
+  const OdometryEstimate first{.state = start->states.back(), .covariance = start->covariance};
+  // After a failure the trajectory goes on where it ended: how far it went meanwhile is not known.
+  return last_pose ? InFrame(PlaceOf(*last_pose), first) : first;
 }
 
 TrackingSummary Vio::Impl::Track(const ImageSet& set, const std::optional<NavState>& predicted) {
@@ -183,7 +247,8 @@ void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResu
   result.status = VioResult::Status::kTracking;
   result.estimate = estimate.newest;
   result.motion = estimate.motion;
-  history.SetPose(frame, estimate.newest.state.T_world_body);
+  last_pose = estimate.newest.state.T_world_body;
+  history.SetPose(frame, *last_pose);
   const StageTimes::Scope scope(times, "vio_slide");
   for (const TrackId track : window.Slide()) tracker.tracks().End(track);
   result.keyframe = window.newest_is_keyframe();
@@ -192,6 +257,7 @@ void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResu
 
 void Vio::Impl::Fail(std::string reason, VioResult& result) {
   failure_reason = std::move(reason);
+  start_after = next_attempt = history.frames().back().stamp;
   window.Clear();
   history.ForgetPoses();
   result.status = VioResult::Status::kFailed;

@@ -62,7 +62,9 @@ class Vio {
   void AddDepthCloud(const PointCloud& points_body, const Pose3& T_world_body, Time stamp);
 
   // Begins, or begins anew, from a state known from outside (LiDAR odometry), valid at any instant
-  // within the IMU's memory; takes effect with the next set.
+  // within the IMU's memory; takes effect with the next set. Without it the first state comes from
+  // cameras and IMU alone (visual_inertial_start.h), in a world of its own; after a failure, in the
+  // same world, placed where the trajectory ended.
   void Start(const OdometryEstimate& state);
 
   // As estimated so far.

@@ -14,6 +14,8 @@ void VioConfig::Declare(ConfigDeclaration& d) {
   d.Section("keyframe", keyframe);
   d.Section("depth", depth);
   d.Section("failure", failure);
+  d.Section("start", start);
+  d.AtMost("start.max_seconds", "imu_memory", "a start lacks what it is made from");
 }
 
 }  // namespace mlvi

@@ -6,6 +6,7 @@
 #include "mlvi/vio/depth_config.h"
 #include "mlvi/vio/failure_detector.h"
 #include "mlvi/vio/keyframe_policy.h"
+#include "mlvi/vio/visual_inertial_start.h"
 #include "mlvi/vio/window_config.h"
 
 namespace mlvi {
@@ -18,6 +19,7 @@ struct VioConfig {
   KeyframeConfig keyframe;
   DepthConfig depth;
   FailureConfig failure;
+  VisualInertialStartConfig start;
   void Declare(ConfigDeclaration& d);
 };
 

@@ -234,6 +234,11 @@ Initialization StatesOf(const StartData& data, const internal::RefinedAlignment&
 void VisualInertialStartConfig::Declare(ConfigDeclaration& d) {
   d.Field("min_seconds", min_seconds, "s", "Images over this time are needed for a start",
           {0.5, 30.0});
+  d.Field("max_seconds", max_seconds, "s", "Older images do not take part in a start", {0.5, 30.0});
+  d.AtMost("min_seconds", "max_seconds", "no visual start ever comes about");
+  d.Field("frame_interval", frame_interval, "s", "Of images closer in time some are left out",
+          {0.0, 1.0});
+  d.Field("retry_interval", retry_interval, "s", "Time between attempts at a start", {0.0, 10.0});
   d.Field("min_tracks", min_tracks, "", "Features seen in at least three of them", {8.0, 10000.0});
   d.Field("rest_motion", rest_motion, "px",
           "Features that move less (median over the time of the start) let the IMU's rest count",

@@ -15,6 +15,9 @@ namespace mlvi {
 
 struct VisualInertialStartConfig {
   double min_seconds = 1.0;
+  double max_seconds = 2.0;
+  double frame_interval = 0.09;
+  double retry_interval = 0.25;
   int min_tracks = 30;
   double rest_motion = 1.0;
   double max_scale_sigma = 0.2;

@@ -7,13 +7,12 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <functional>
 
 #include "mlvi/geometry/so3.h"
 #include "mlvi/imu/imu_testing.h"
 #include "mlvi/imu/levelling.h"
-#include "mlvi/panorama/testing.h"
 #include "mlvi/vio/inertial_path.h"
+#include "mlvi/vio/testing.h"
 #include "mlvi/vio/visual_inertial_alignment.h"
 
 namespace mlvi {
@@ -25,92 +24,37 @@ using testing::kGravity;
 using testing::TestImu;
 using testing::Walk;
 
-constexpr double kFrameRate = 10.0;  // Hz
-constexpr double kPixelSigma = 0.5;
+// Two seconds of a walk seen at 10 Hz, with the biases of an IMU that was not calibrated.
+test::SyntheticOptions TwoSeconds(std::uint64_t seed) {
+  return {.accelerometer_bias = 0.1,
+          .gyroscope_bias = 0.01,
+          .budget = 200,
+          .set_rate = 10.0,
+          .seconds = 2.1,
+          .seed = seed};
+}
 
-struct Setting {
-  int cameras = 4;
-  double seconds = 2.0;
-  int points = 300;
-  double imu_noise = 1.0;    // times that of TestImu
-  double pixel_noise = 1.0;  // times kPixelSigma
-  ImuBias bias;
-  Pose3 camera_error;  // of all cameras against the rig that the start is told
-};
-
-// A rig on its way through a cloud of points 2 to 20 m away, all around.
 struct Recording {
-  TrackStore store;
-  std::vector<FrameInstant> frames;
-  std::vector<ImuSample> samples;
-  std::vector<NavState> truth;
-  Pose3 T_body_pano;
-
-  StartData data() const {
-    return {.tracks = store.tracks(),
-            .frames = frames,
-            .samples = samples,
-            .T_body_pano = T_body_pano,
-            .pixel_sigma = kPixelSigma};
-  }
-};
-
-Recording Record(const std::function<NavState(double)>& state,
-                 const std::function<ImuSample(double)>& sample, const Setting& setting,
-                 RandomStream random) {
-  const Rig rig = test::RingRig(setting.cameras, 0.1, test::MakeWideCamera(3.0));
-  const PanoramaModel model = test::MakePanorama(rig);
-  Recording recording{.T_body_pano = model.T_body_pano()};
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < setting.points; ++i) {
-    const double range = 2.0 * std::pow(10.0, random.Uniform());
-    points.push_back(state(0.0).T_world_body.translation() + range * test::RandomDirection(random));
-  }
-  // The camera that sees a point first keeps it.
-  std::vector<TrackId> ids(points.size());
-  std::vector<int> cameras(points.size(), -1);
-  const int frames = static_cast<int>(setting.seconds * kFrameRate) + 1;
-  for (int k = 0; k < frames; ++k) {
-    const NavState truth = state(k / kFrameRate);
-    recording.truth.push_back(truth);
-    recording.frames.push_back({FrameId(k), truth.stamp});
-    const Pose3 T_world_pano = truth.T_world_body * model.T_body_pano() * setting.camera_error;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto views = model.ViewsOfPoint(T_world_pano.inverse() * points[i]);
-      if (views.empty()) continue;
-      if (cameras[i] < 0) cameras[i] = views.front().camera;
-      for (const CameraView& view : views) {
-        if (view.camera != cameras[i]) continue;
-        // A feature is the patch where it was first seen; what is noisy is how others match it.
-        const double sigma = ids[i].valid() ? setting.pixel_noise * kPixelSigma : 0.0;
-        const Eigen::Vector2d noise(sigma * random.Normal(), sigma * random.Normal());
-        const auto observation = model.Lift(view.camera, view.pixel + noise);
-        if (!observation) continue;
-        if (ids[i].valid()) {
-          recording.store.Extend(ids[i], FrameId(k), *observation);
-        } else {
-          ids[i] = recording.store.Start(FrameId(k), *observation);
-        }
-      }
+  explicit Recording(const test::SyntheticOptions& options) : synthetic(options) {
+    for (int set = 0; set < synthetic.sets(); ++set) {
+      synthetic.Advance();
+      frames.push_back({synthetic.frame(), synthetic.stamp()});
+      truth.push_back(synthetic.Truth());
     }
   }
-  for (int k = -2; k <= static_cast<int>(setting.seconds * 200.0) + 2; ++k) {
-    recording.samples.push_back(sample(k / 200.0));
-  }
-  ImuSpec imu = TestImu();
-  imu.noise.accelerometer_density *= setting.imu_noise;
-  imu.noise.gyroscope_density *= setting.imu_noise;
-  imu.noise.accelerometer_random_walk *= setting.imu_noise;
-  imu.noise.gyroscope_random_walk *= setting.imu_noise;
-  AddImuNoise(imu, setting.bias, random, recording.samples);
-  return recording;
-}
 
-Recording RecordWalk(const Setting& setting, std::uint64_t seed) {
-  const Walk walk;
-  return Record([&](double t) { return walk.State(t); }, [&](double t) { return walk.Sample(t); },
-                setting, RandomStream(seed, "start"));
-}
+  StartData data() const {
+    return {.tracks = synthetic.tracks().tracks(),
+            .frames = frames,
+            .samples = synthetic.samples(),
+            .T_body_pano = synthetic.model().T_body_pano(),
+            .pixel_sigma = 0.5};
+  }
+
+  test::SyntheticRecording synthetic;
+  std::vector<FrameInstant> frames;
+  std::vector<NavState> truth;
+};
 
 // Truth in the world that a start defines: levelled, origin and heading of the first body.
 NavState TruthInStartWorld(const Recording& recording, std::size_t k) {
@@ -191,10 +135,13 @@ TEST(InertialPathTest, NoiseAloneExcitesAsPredicted) {
 // Without noise and biases the closed form is exact but for the integration of the IMU's samples.
 TEST(AlignTracksTest, IsExactWithoutNoise) {
   for (const int cameras : {1, 4}) {
-    const Recording recording =
-        RecordWalk({.cameras = cameras, .imu_noise = 0.0, .pixel_noise = 0.0}, 1);
+    test::SyntheticOptions options = TwoSeconds(1);
+    options.imu.noise = {};
+    options.accelerometer_bias = options.gyroscope_bias = options.pixel_noise = 0.0;
+    options.cameras = cameras;
+    const Recording recording(options);
     std::vector<internal::FeatureViews> features;
-    for (const Track& track : recording.store.tracks()) {
+    for (const Track& track : recording.synthetic.tracks().tracks()) {
       internal::FeatureViews views;
       for (const TrackObservation& seen : track.observations) {
         views.push_back({static_cast<std::size_t>(seen.frame.value()), seen.observation});
@@ -203,10 +150,12 @@ TEST(AlignTracksTest, IsExactWithoutNoise) {
     }
     std::vector<Time> instants;
     for (const FrameInstant& frame : recording.frames) instants.push_back(frame.stamp);
-    const InertialPath path(instants, recording.samples, {}, TestImu());
-    const auto alignment = internal::AlignTracks(
-        {.features = features, .T_body_pano = recording.T_body_pano, .pixel_sigma = kPixelSigma},
-        path, {}, kGravity);
+    const InertialPath path(instants, recording.synthetic.samples(), {}, TestImu());
+    const auto alignment =
+        internal::AlignTracks({.features = features,
+                               .T_body_pano = recording.synthetic.model().T_body_pano(),
+                               .pixel_sigma = 0.5},
+                              path, {}, kGravity);
     const Eigen::Quaterniond R = recording.truth[0].T_world_body.rotation().conjugate();
     EXPECT_LT((alignment.unknowns.velocity - R * recording.truth[0].v_world_body).norm(), 0.01);
     EXPECT_LT((alignment.unknowns.gravity - R * Eigen::Vector3d(0, 0, -kGravity)).norm(), 0.01);
@@ -220,21 +169,16 @@ TEST_P(MovingStart, FindsVelocityGravityAndBiases) {
   double nees = 0.0;
   constexpr int kSeeds = 20;
   for (int seed = 0; seed < kSeeds; ++seed) {
-    RandomStream random(static_cast<std::uint64_t>(seed), "bias");
-    Setting setting{.cameras = GetParam(), .points = GetParam() == 1 ? 600 : 300};
-    setting.bias = {.accelerometer = testing::NormalVector(random, 0.1),
-                    .gyroscope = testing::NormalVector(random, 0.01)};
-    const Recording recording = RecordWalk(setting, static_cast<std::uint64_t>(seed));
+    test::SyntheticOptions options = TwoSeconds(static_cast<std::uint64_t>(seed));
+    options.cameras = GetParam();
+    const Recording recording(options);
     const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
     ASSERT_TRUE(start.has_value()) << start.error().message;
     ASSERT_EQ(start->states.size(), recording.frames.size());
     EXPECT_EQ(start->method, "visual-inertial");
     const NavState truth = TruthInStartWorld(recording, recording.truth.size() - 1);
     const NavState& last = start->states.back();
-    Vector15d error = BoxMinus(last, truth);
-    error.segment<3>(nav_index::kAccelerometerBias) =
-        last.bias.accelerometer - setting.bias.accelerometer;
-    error.segment<3>(nav_index::kGyroscopeBias) = last.bias.gyroscope - setting.bias.gyroscope;
+    const Vector15d error = BoxMinus(last, truth);
     EXPECT_LT(error.segment<3>(nav_index::kVelocity).norm(), 0.02);
     EXPECT_LT(error.segment<3>(nav_index::kRotation).norm(), 0.005);
     EXPECT_NEAR(start->rms_residual, 1.0, 0.05);
@@ -246,63 +190,47 @@ TEST_P(MovingStart, FindsVelocityGravityAndBiases) {
   EXPECT_LT(nees, 22.5);
 }
 
+Walk Still() {
+  return {.yaw_rate = 0.0,
+          .sway_amplitude = Eigen::Vector3d::Zero(),
+          .velocity = Eigen::Vector3d::Zero(),
+          .position_amplitude = Eigen::Vector3d::Zero()};
+}
+
 TEST(VisualInertialStartTest, RestIsFoundAtRest) {
-  const Walk walk;
-  const NavState still = walk.State(0.0);
-  Setting setting{.seconds = 1.5};
-  setting.bias = {.accelerometer = {0.02, 0.0, 0.01}, .gyroscope = {0.004, -0.002, 0.001}};
-  const Recording recording = Record(
-      [&](double t) {
-        NavState state = still;
-        state.stamp = Walk::At(t);
-        state.v_world_body.setZero();
-        return state;
-      },
-      [&](double t) {
-        return ImuSample{.stamp = Walk::At(t),
-                         .linear_acceleration = still.T_world_body.rotation().conjugate() *
-                                                Eigen::Vector3d(0.0, 0.0, kGravity)};
-      },
-      setting, RandomStream(3, "rest"));
+  test::SyntheticOptions options = TwoSeconds(3);
+  options.walk = Still();
+  options.accelerometer_bias = 0.02;
+  const Recording recording(options);
   const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
   ASSERT_TRUE(start.has_value()) << start.error().message;
   EXPECT_EQ(start->method, "static");
   ASSERT_EQ(start->states.size(), recording.frames.size());
   EXPECT_EQ(start->states[3].stamp, recording.frames[3].stamp);
   const NavState truth = TruthInStartWorld(recording, 0);
-  EXPECT_LT(BoxMinus(start->states[0].T_world_body, truth.T_world_body).norm(), 0.005);
-  EXPECT_LT((start->states[0].bias.gyroscope - setting.bias.gyroscope).norm(), 0.001);
-}
-
-// A steady drive without vibration: the IMU alone takes it for rest.
-Recording RecordDrive(const Setting& setting, std::uint64_t seed) {
-  const Eigen::Vector3d velocity(1.5, 0.0, 0.0);
-  return Record(
-      [&](double t) {
-        NavState state;
-        state.stamp = Walk::At(t);
-        state.T_world_body = Pose3(Eigen::Quaterniond::Identity(), t * velocity);
-        state.v_world_body = velocity;
-        return state;
-      },
-      [&](double t) {
-        return ImuSample{.stamp = Walk::At(t), .linear_acceleration = {0.0, 0.0, kGravity}};
-      },
-      setting, RandomStream(seed, "drive"));
+  // The accelerometer's bias passes for tilt.
+  EXPECT_LT(BoxMinus(start->states[0].T_world_body, truth.T_world_body).norm(), 0.01);
+  EXPECT_LT((start->states[0].bias.gyroscope - truth.bias.gyroscope).norm(), 0.001);
 }
 
 TEST(VisualInertialStartTest, ASteadyDriveIsNoRestAndOneCameraCannotTellItsSpeed) {
-  const Recording recording = RecordDrive({.cameras = 1, .points = 600}, 4);
-  ASSERT_TRUE(InitializeAtRest(recording.samples, TestImu(), kGravity).has_value());
+  // Without vibration: the IMU alone takes it for rest.
+  test::SyntheticOptions options = TwoSeconds(4);
+  options.walk = Still();
+  options.walk.velocity = {1.5, 0.0, 0.0};
+  options.cameras = 1;
+  options.accelerometer_bias = 0.02;
+  const Recording recording(options);
+  ASSERT_TRUE(InitializeAtRest(recording.synthetic.samples(), TestImu(), kGravity).has_value());
   const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
   ASSERT_FALSE(start.has_value());
   EXPECT_THAT(start.error().message, HasSubstr("does not show the scale yet"));
 }
 
 TEST(VisualInertialStartTest, WrongExtrinsicsContradictTheImu) {
-  Setting setting;
-  setting.camera_error = Pose3(ExpSo3({0.1, 0.0, 0.0}), Eigen::Vector3d::Zero());
-  const Recording recording = RecordWalk(setting, 5);
+  test::SyntheticOptions options = TwoSeconds(5);
+  options.T_nominal_true = Pose3(ExpSo3({0.1, 0.0, 0.0}), Eigen::Vector3d::Zero());
+  const Recording recording(options);
   const auto start = InitializeFromTracks(recording.data(), TestImu(), kGravity, {});
   ASSERT_FALSE(start.has_value());
   EXPECT_THAT(start.error().message, HasSubstr("check the extrinsics of cameras and IMU"));
@@ -314,10 +242,13 @@ TEST(VisualInertialStartTest, SaysWhatIsMissing) {
     return start.has_value() ? std::string() : start.error().message;
   };
   EXPECT_THAT(message({}), HasSubstr("needs images over 1.0 s"));
-  const Recording brief = RecordWalk({.seconds = 0.5}, 6), sparse = RecordWalk({.points = 20}, 6);
-  EXPECT_THAT(message(brief.data()), HasSubstr("got 0.50 s"));
-  EXPECT_THAT(message(sparse.data()), HasSubstr("needs 30 tracks"));
-  const Recording recording = RecordWalk({}, 6);
+  const Recording recording(TwoSeconds(6));
+  StartData brief = recording.data();
+  brief.frames = brief.frames.first(6);
+  EXPECT_THAT(message(brief), HasSubstr("got 0.50 s"));
+  StartData sparse = recording.data();
+  sparse.tracks = sparse.tracks.first(20);
+  EXPECT_THAT(message(sparse), HasSubstr("needs 30 tracks"));
   StartData late = recording.data();
   late.samples = late.samples.subspan(50);
   EXPECT_THAT(message(late), HasSubstr("the IMU does not cover the images"));

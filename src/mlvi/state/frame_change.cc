@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
-#include "mlvi/pipeline/frame_change.h"
+#include "mlvi/state/frame_change.h"
 
 namespace mlvi {
 
