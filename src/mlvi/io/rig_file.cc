@@ -10,6 +10,7 @@
 #include "mlvi/base/config.h"
 #include "mlvi/io/builtin_rigs.h"
 #include "mlvi/io/camera_yaml.h"
+#include "mlvi/io/image_decoder.h"
 #include "mlvi/io/yaml_section.h"
 
 namespace mlvi {
@@ -114,6 +115,17 @@ const internal::BuiltinRig* FindBuiltin(const std::string& name) {
   return nullptr;
 }
 
+Expected<std::shared_ptr<const Image>> LoadMask(const std::string& path) {
+  const auto bytes = ReadTextFile(path, ErrorKind::kConfiguration);
+  if (!bytes) return tl::unexpected(bytes.error());
+  auto mask = DecodeCompressedImage(
+      {.encoding = "mask", .data = ByteSpan(reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size())});
+  if (!mask) {
+    return MakeError(ErrorKind::kConfiguration, "mask file '{}' is no image that can be read (PNG, JPEG, PGM)", path);
+  }
+  return std::make_shared<const Image>(std::move(*mask));
+}
+
 Expected<Rig> LoadRigFile(const std::string& path) {
   const auto text = ReadTextFile(path, ErrorKind::kConfiguration);
   if (!text) return tl::unexpected(text.error());
@@ -121,8 +133,13 @@ Expected<Rig> LoadRigFile(const std::string& path) {
   if (!rig) return rig;
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   for (CameraSpec& camera : rig->cameras) {
-    if (!camera.mask_file.empty()) camera.mask_file = (folder / camera.mask_file).string();
+    if (camera.mask_file.empty()) continue;
+    camera.mask_file = (folder / camera.mask_file).string();
+    auto mask = LoadMask(camera.mask_file);
+    if (!mask) return MakeError(mask.error().kind, "{}: mask of {}: {}", path, camera.name, mask.error().message);
+    camera.mask = *mask;
   }
+  if (auto valid = rig->Validate(); !valid) return MakeError(valid.error().kind, "{}: {}", path, valid.error().message);
   return rig;
 }
 

@@ -26,10 +26,10 @@
 
 namespace mlvi {
 
-// Reads and validates a rig. `origin` names the document in messages. Errors are of kind kConfiguration.
+// Reads and validates a rig, without its masks. `origin` names the document in messages. Errors are of kind kConfiguration.
 Expected<Rig> ParseRig(const std::string& yaml, const std::string& origin);
-// The rig of a file, or a built-in one by its name ("newer_college"). A path wins over a name. Relative mask files are
-// relative to the rig file.
+// The rig of a file, or a built-in one by its name ("newer_college"). A path wins over a name. Masks are
+// read, too (images, zero = do not use); relative mask files are relative to the rig file.
 Expected<Rig> LoadRig(const std::string& name_or_path);
 // Names of the rigs compiled in (config/rigs/*.yaml), sorted.
 std::vector<std::string> BuiltinRigNames();

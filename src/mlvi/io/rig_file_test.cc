@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "mlvi/io/bag_fixtures.h"
 #include "mlvi/sensors/camera_model.h"
@@ -155,6 +156,51 @@ TEST(RigFile, BuiltinRigsAreValidAndComeBackFromAFile) {
     ASSERT_TRUE(read) << read.error().message;
     ExpectSameRig(*rig, *read);
   }
+}
+
+class RigMasks : public ::testing::Test {
+ protected:
+  RigMasks() {
+    std::filesystem::create_directories(folder_);
+    rig_ = *ParseRig(kGood, "small.yaml");
+    rig_.cameras[0].mask_file = "left.pgm";
+  }
+  ~RigMasks() override { std::filesystem::remove_all(folder_); }
+
+  // A rig file beside its mask, a PGM whose left column is zero.
+  Expected<Rig> Load(int width, int height) {
+    std::string pgm = fmt::format("P5\n{} {}\n255\n", width, height);
+    for (int i = 0; i < width * height; ++i) pgm += i % width == 0 ? '\0' : '\xff';
+    std::ofstream(folder_ + "/left.pgm", std::ios::binary) << pgm;
+    EXPECT_TRUE(SaveRig(rig_, folder_ + "/rig.yaml"));
+    return LoadRig(folder_ + "/rig.yaml");
+  }
+
+  std::string folder_ = ::testing::TempDir() + "mlvi_rig_masks_" + std::to_string(getpid());
+  Rig rig_;
+};
+
+TEST_F(RigMasks, AreReadFromBesideTheRigFile) {
+  const CameraModel& lens = *rig_.cameras[0].model;
+  const auto rig = Load(lens.width(), lens.height());
+  ASSERT_TRUE(rig) << rig.error().message;
+  ASSERT_TRUE(rig->cameras[0].mask);
+  EXPECT_EQ(rig->cameras[0].mask->pixels[0], 0);
+  EXPECT_EQ(rig->cameras[0].mask->pixels[1], 255);
+}
+
+TEST_F(RigMasks, OfTheWrongSizeOrUnreadableAreErrorsThatSaySo) {
+  const auto small = Load(10, 8);
+  ASSERT_FALSE(small);
+  EXPECT_THAT(small.error().message, HasSubstr("is 10 x 8 px, its images are"));
+  rig_.cameras[0].mask_file = "rig.yaml";
+  const auto text = Load(10, 8);
+  ASSERT_FALSE(text);
+  EXPECT_THAT(text.error().message, HasSubstr("is no image that can be read"));
+  rig_.cameras[0].mask_file = "nowhere.png";
+  const auto absent = Load(10, 8);
+  ASSERT_FALSE(absent);
+  EXPECT_THAT(absent.error().message, HasSubstr("nowhere.png"));
 }
 
 TEST(RigFile, EveryValueComesBackFromAFile) {

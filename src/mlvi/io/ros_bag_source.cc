@@ -5,16 +5,19 @@
 #include <algorithm>
 
 #include "mlvi/base/config.h"
-#include "mlvi/io/image_decoder.h"
 #include "mlvi/io/livox.h"
 #include "mlvi/io/ros_messages.h"
+#include "mlvi/sensors/camera_model.h"
 
 namespace mlvi {
 namespace {
 
 constexpr ErrorKind kKind = ErrorKind::kInput;
+constexpr char kUnreadable[] = "unreadable message";
 // A stream of which the first messages are all unreadable will stay so: stop instead of reading to the end.
 constexpr std::int64_t kHopelessMessages = 10;
+// Messages read ahead of the caller when there are images to decode: about two sets of six cameras and the IMU between.
+constexpr std::size_t kReadAhead = 32;
 
 using TopicTypes = std::map<std::string, std::string>;
 
@@ -48,40 +51,46 @@ std::vector<ImuSample> FirstImuSamples(BagReader& reader, const std::string& top
 
 }  // namespace
 
-RosBagSource::RosBagSource(std::vector<std::string> paths, const Rig& rig)
-    : paths_(std::move(paths)), rig_(rig) {}
+RosBagSource::RosBagSource(std::vector<std::string> paths, const Rig& rig, const RosBagSourceOptions& options)
+    : paths_(std::move(paths)),
+      rig_(rig),
+      options_(options),
+      schedule_(options.max_image_rate, options.image_tolerance) {}
 
 Expected<std::unique_ptr<RosBagSource>> RosBagSource::Open(const std::vector<std::string>& paths, const Rig& rig,
                                                            const RosBagSourceOptions& options) {
   MLVI_CHECK(!paths.empty(), "no bag given");
-  std::unique_ptr<RosBagSource> source(new RosBagSource(paths, rig));
-  if (auto selected = source->SelectStreams(options); !selected) return tl::unexpected(selected.error());
+  std::unique_ptr<RosBagSource> source(new RosBagSource(paths, rig, options));
+  if (auto selected = source->SelectStreams(); !selected) return tl::unexpected(selected.error());
   if (auto inspected = source->Inspect(); !inspected) return tl::unexpected(inspected.error());
   return source;
 }
 
-Expected<void> RosBagSource::SelectStreams(const RosBagSourceOptions& options) {
-  streams_[rig_.imu.topic] = {.sensor = Sensor::kImu, .rig_field = "imu.topic"};
-  if (options.use_lidar && !rig_.lidar) {
+Expected<void> RosBagSource::SelectStreams() {
+  const auto select = [this](Sensor sensor, const std::string& topic, std::string field, int camera = -1) {
+    streams_[topic] = {.sensor = sensor, .topic = topic, .rig_field = std::move(field), .camera = camera};
+    counts_[topic];
+  };
+  select(Sensor::kImu, rig_.imu.topic, "imu.topic");
+  if (options_.use_lidar && !rig_.lidar) {
     return MakeError(ErrorKind::kConfiguration, "rig '{}' has no lidar; leave it out with --no-lidar", rig_.name);
   }
-  if (options.use_lidar) {
-    streams_[rig_.lidar->topic] = {.sensor = Sensor::kLidar, .rig_field = "lidar.topic"};
+  if (options_.use_lidar) {
+    select(Sensor::kLidar, rig_.lidar->topic, "lidar.topic");
     lidar_.emplace(*rig_.lidar);
   }
-  for (const std::string& name : options.cameras) {
-    std::vector<std::string> names;
-    for (const CameraSpec& camera : rig_.cameras) names.push_back(camera.name);
+  std::vector<std::string> names;
+  for (const CameraSpec& camera : rig_.cameras) names.push_back(camera.name);
+  for (const std::string& name : options_.cameras) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
       return MakeError(ErrorKind::kConfiguration, "rig '{}' has no camera '{}': did you mean '{}'?", rig_.name,
                        name, NearestName(name, names));
     }
-    const int index = static_cast<int>(found - names.begin());
-    streams_[rig_.cameras[static_cast<std::size_t>(index)].topic] = {
-        .sensor = Sensor::kCamera, .rig_field = fmt::format("cameras[{}].topic", index), .camera = index};
+    const auto index = static_cast<std::size_t>(found - names.begin());
+    select(Sensor::kCamera, rig_.cameras[index].topic, fmt::format("cameras[{}].topic", index),
+           static_cast<int>(index));
   }
-  for (const auto& [topic, stream] : streams_) counts_[topic];
   return {};
 }
 
@@ -98,7 +107,19 @@ Expected<void> RosBagSource::Inspect() {
     for (const auto& [id, connection] : (*reader)->connections()) topics_[connection.topic] = connection.type;
   }
   imu_.emplace(rig_.imu, first);
+  if (!options_.cameras_required) LeaveOutAbsentCameras(complete);
   return CheckTopics(topics_, complete);
+}
+
+void RosBagSource::LeaveOutAbsentCameras(bool complete) {
+  if (!complete) return;  // a bag without index may still show them
+  for (const CameraSpec& camera : rig_.cameras) {
+    if (!streams_.contains(camera.topic) || topics_.contains(camera.topic)) continue;
+    streams_.erase(camera.topic);
+    counts_.erase(camera.topic);
+    absent_cameras_.push_back(fmt::format("{}: topic '{}' is not in the recording; the camera is not used", camera.name,
+                                          camera.topic));
+  }
 }
 
 Expected<void> RosBagSource::CheckTopics(const TopicTypes& types, bool complete) const {
@@ -133,40 +154,81 @@ Expected<bool> RosBagSource::OpenNextBag() {
 }
 
 Expected<std::optional<Measurement>> RosBagSource::Next() {
-  while (!finished_) {
-    auto message = reader_ ? reader_->Next() : Expected<std::optional<BagMessage>>();
-    if (!message) {
-      if (!damage_) damage_ = message.error();
-      continue;
-    }
-    if (!*message) {
-      const auto opened = OpenNextBag();
-      if (!opened && !damage_) damage_ = opened.error();
-      if (opened && *opened) continue;
-      break;
-    }
-    const auto stream = streams_.find((*message)->connection->topic);
-    if (stream == streams_.end()) continue;
-    if (auto measurement = Decode(**message, stream->second)) return measurement;
-    const StreamCounts& counts = counts_.at(stream->first);
-    if (counts.delivered == 0 && counts.messages >= kHopelessMessages && unreadable_.contains(stream->first)) break;
+  ReadAhead();
+  while (!pending_.empty()) {
+    Pending pending = std::move(pending_.front());
+    pending_.pop_front();
+    if (auto measurement = Complete(std::move(pending))) return measurement;
+    ReadAhead();
   }
   if (auto error = TakeFinalError()) return tl::unexpected(*error);
   return std::nullopt;
+}
+
+void RosBagSource::ReadAhead() {
+  const bool images = std::any_of(streams_.begin(), streams_.end(),
+                                  [](const auto& entry) { return entry.second.sensor == Sensor::kCamera; });
+  const std::size_t wanted = images ? kReadAhead : 1;
+  while (!all_read_ && pending_.size() < wanted) {
+    const auto message = NextMessage();
+    if (!message) {
+      all_read_ = true;
+      return;
+    }
+    const auto stream = streams_.find(message->connection->topic);
+    if (stream == streams_.end()) continue;
+    pending_.push_back(Prepare(*message, stream->second));
+    all_read_ = IsHopeless(stream->second, *pending_.back().counts);
+  }
+}
+
+// The next message of all bags; damage is kept for the end.
+std::optional<BagMessage> RosBagSource::NextMessage() {
+  while (true) {
+    auto message = reader_ ? reader_->Next() : Expected<std::optional<BagMessage>>();
+    if (message && *message) return **message;
+    if (!message) {
+      if (!damage_) damage_ = message.error();
+      continue;  // the reader is at its end now
+    }
+    const auto opened = OpenNextBag();
+    if (opened && *opened) continue;
+    if (!opened && !damage_) damage_ = opened.error();
+    return std::nullopt;
+  }
+}
+
+bool RosBagSource::IsHopeless(const Stream& stream, const StreamCounts& counts) const {
+  return stream.sensor != Sensor::kCamera && counts.delivered == 0 && counts.messages >= kHopelessMessages &&
+         unreadable_.contains(stream.topic);
+}
+
+// No other sensor than the cameras can tell where the rig is.
+bool RosBagSource::CamerasDecide() const {
+  std::int64_t images = 0;
+  for (const auto& [topic, stream] : streams_) {
+    if (stream.sensor == Sensor::kLidar) return false;
+    if (stream.sensor == Sensor::kCamera) images += counts_.at(topic).delivered;
+  }
+  return images == 0;
 }
 
 // What is wrong with the recording as a whole, once.
 std::optional<Error> RosBagSource::TakeFinalError() {
   if (finished_) return std::nullopt;
   finished_ = true;
+  const bool cameras_decide = CamerasDecide();
+  const auto matters = [&](const std::string& topic) {
+    return streams_.at(topic).sensor != Sensor::kCamera || cameras_decide;
+  };
   for (const auto& [topic, counts] : counts_) {
-    if (counts.delivered == 0 && unreadable_.contains(topic)) {
+    if (counts.delivered == 0 && unreadable_.contains(topic) && matters(topic)) {
       return Error{kKind, fmt::format("no message of topic '{}' can be read: {}", topic, unreadable_.at(topic))};
     }
   }
   if (damage_) return damage_;
   for (const auto& [topic, counts] : counts_) {
-    if (counts.messages == 0) {
+    if (counts.messages == 0 && matters(topic)) {
       return Error{kKind, fmt::format("no message on topic '{}' (rig field {}) in '{}'", topic,
                                       streams_.at(topic).rig_field, paths_.front())};
     }
@@ -174,21 +236,32 @@ std::optional<Error> RosBagSource::TakeFinalError() {
   return std::nullopt;
 }
 
-std::optional<Measurement> RosBagSource::Decode(const BagMessage& message, const Stream& stream) {
-  StreamCounts& counts = counts_.at(message.connection->topic);
+RosBagSource::Pending RosBagSource::Prepare(const BagMessage& message, const Stream& stream) {
+  StreamCounts& counts = counts_.at(stream.topic);
   ++counts.messages;
-  std::optional<Measurement> measurement;
-  if (stream.sensor == Sensor::kImu) measurement = DecodeImu(message, counts);
-  if (stream.sensor == Sensor::kLidar) measurement = DecodeLidar(message, counts);
-  if (stream.sensor == Sensor::kCamera) measurement = DecodeCamera(message, stream, counts);
-  counts.delivered += measurement ? 1 : 0;
+  Pending pending;
+  pending.stream = &stream;
+  pending.counts = &counts;
+  if (stream.sensor == Sensor::kImu) pending.measurement = DecodeImu(message, counts);
+  if (stream.sensor == Sensor::kLidar) pending.measurement = DecodeLidar(message, counts);
+  if (pending.measurement) ++counts.delivered;
+  if (stream.sensor == Sensor::kCamera) {
+    if (auto job = StartImage(message, stream, counts)) pending.image.emplace(std::move(*job));
+  }
+  return pending;
+}
+
+std::optional<Measurement> RosBagSource::Complete(Pending pending) {
+  if (!pending.image) return std::move(pending.measurement);
+  auto measurement = FinishImage(*pending.image, *pending.stream, *pending.counts);
+  if (measurement) ++pending.counts->delivered;
   return measurement;
 }
 
 std::optional<Measurement> RosBagSource::DecodeImu(const BagMessage& message, StreamCounts& counts) {
   auto sample = ParseImu(message.data);
   if (!sample) {
-    CountUnreadable(message, sample.error(), counts);
+    Drop(message.connection->topic, kUnreadable, sample.error(), counts);
     return std::nullopt;
   }
   switch (imu_->Normalize(*sample)) {
@@ -210,7 +283,7 @@ std::optional<Measurement> RosBagSource::DecodeLidar(const BagMessage& message, 
                          : ParsePointCloud2(message.data);
   auto raw = cloud.and_then([&](const PointCloud2View& view) { return ExtractPoints(view, lidar_->filter()); });
   if (!raw) {
-    CountUnreadable(message, raw.error(), counts);
+    Drop(message.connection->topic, kUnreadable, raw.error(), counts);
     return std::nullopt;
   }
   auto sweep = lidar_->Normalize(std::move(*raw));
@@ -221,23 +294,49 @@ std::optional<Measurement> RosBagSource::DecodeLidar(const BagMessage& message, 
   return std::move(*sweep);
 }
 
-std::optional<Measurement> RosBagSource::DecodeCamera(const BagMessage& message, const Stream& stream,
-                                                      StreamCounts& counts) {
+// Empty when the image is not needed, or not readable at all.
+std::optional<ImageJob> RosBagSource::StartImage(const BagMessage& message, const Stream& stream,
+                                                 StreamCounts& counts) {
   const bool compressed = message.connection->type == kCompressedImageType;
   const auto view = compressed ? ParseCompressedImage(message.data) : ParseImage(message.data);
-  auto image = view.and_then([&](const ImageView& v) { return compressed ? DecodeCompressedImage(v) : DecodeImage(v); });
+  if (!view) {
+    Drop(stream.topic, kUnreadable, view.error(), counts);
+    return std::nullopt;
+  }
+  const CameraSpec& camera = rig_.cameras[static_cast<std::size_t>(stream.camera)];
+  if (!schedule_.Keep(stream.camera, view->header.stamp + camera.time_offset)) {
+    ++counts.thinned;
+    return std::nullopt;
+  }
+  return ImageJob(background_, message.data, compressed);
+}
+
+std::optional<Measurement> RosBagSource::FinishImage(ImageJob& job, const Stream& stream, StreamCounts& counts) {
+  auto image = job.Take();
   if (!image) {
-    CountUnreadable(message, image.error(), counts);
+    Drop(stream.topic, kUnreadable, image.error(), counts);
+    return std::nullopt;
+  }
+  const CameraSpec& camera = rig_.cameras[static_cast<std::size_t>(stream.camera)];
+  const CameraModel& lens = *camera.model;
+  if (image->width != lens.width() || image->height != lens.height()) {
+    Drop(stream.topic, "wrong size",
+         Error{kKind, fmt::format("image of {} x {} px, camera {} of rig '{}' has {} x {}: scaled by the recorder, or "
+                                  "the calibration of another mode; correct {}",
+                                  image->width, image->height, camera.name, rig_.name, lens.width(), lens.height(),
+                                  fmt::format("cameras[{}].size and intrinsics", stream.camera))},
+         counts);
     return std::nullopt;
   }
   image->camera = stream.camera;
-  image->stamp = image->stamp + rig_.cameras[static_cast<std::size_t>(stream.camera)].time_offset;
+  image->stamp = image->stamp + camera.time_offset;
   return std::move(*image);
 }
 
-void RosBagSource::CountUnreadable(const BagMessage& message, const Error& error, StreamCounts& counts) {
-  ++counts.dropped["unreadable message"];
-  unreadable_.try_emplace(message.connection->topic, error.message);
+void RosBagSource::Drop(const std::string& topic, const std::string& reason, const Error& error,
+                        StreamCounts& counts) {
+  ++counts.dropped[reason];
+  unreadable_.try_emplace(topic, error.message);
 }
 
 double RosBagSource::Progress() const {
@@ -257,6 +356,7 @@ std::map<std::string, StreamCounts> RosBagSource::Counts() const {
 
 std::vector<std::string> RosBagSource::Notes() const {
   std::vector<std::string> notes = imu_->notes();
+  notes.insert(notes.end(), absent_cameras_.begin(), absent_cameras_.end());
   if (lidar_) notes.insert(notes.end(), lidar_->notes().begin(), lidar_->notes().end());
   for (const auto& [topic, why] : unreadable_) notes.push_back(fmt::format("{}: unreadable message: {}", topic, why));
   if (damage_) notes.push_back(damage_->message);

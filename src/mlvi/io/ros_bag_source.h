@@ -2,15 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "mlvi/base/background_tasks.h"
 #include "mlvi/io/bag_reader.h"
+#include "mlvi/io/image_job.h"
 #include "mlvi/io/imu_normalizer.h"
 #include "mlvi/io/sweep_normalizer.h"
+#include "mlvi/sensors/image_schedule.h"
 #include "mlvi/sensors/measurement_source.h"
 #include "mlvi/sensors/rig.h"
 
@@ -19,13 +23,18 @@ namespace mlvi {
 struct RosBagSourceOptions {
   bool use_lidar = true;
   std::vector<std::string> cameras = {};  // names of the rig's cameras to decode; empty: none
+  bool cameras_required = true;           // false: a camera whose topic is in no bag is noted and left out
+  double max_image_rate = 0.0;            // Hz, per camera; 0: all images
+  double image_tolerance = 0.005;         // s, between images of one instant (ImageSchedule)
 };
 
 // Reads one or several ROS 1 bags, the parts of one recording in their order: each is opened when the one before has
 // ended. Memory does not depend on their length.
 //
 // IMU: sensor_msgs/Imu. LiDAR: sensor_msgs/PointCloud2 of any layout, or Livox CustomMsg. Cameras: sensor_msgs/Image
-// (8-bit) or CompressedImage, as grey images.
+// (8-bit) or CompressedImage, as grey images of the size that the rig states; they are decoded ahead by free threads. A
+// camera that delivers nothing usable is counted and noted; it ends the recording only when no other sensor than the IMU
+// delivers.
 //
 // Damaged bags: everything readable is delivered, then Next() returns one Error (kInput) that tells where the damage is.
 class RosBagSource : public MeasurementSource {
@@ -45,25 +54,41 @@ class RosBagSource : public MeasurementSource {
   enum class Sensor { kImu, kLidar, kCamera };
   struct Stream {
     Sensor sensor = Sensor::kImu;
+    std::string topic;
     std::string rig_field;  // "imu.topic"
     int camera = -1;        // index in the rig
   };
 
-  RosBagSource(std::vector<std::string> paths, const Rig& rig);
-  Expected<void> SelectStreams(const RosBagSourceOptions& options);
+  // A message read ahead: what it yielded, or the image that is being decoded.
+  struct Pending {
+    std::optional<Measurement> measurement;
+    std::optional<ImageJob> image;
+    const Stream* stream = nullptr;
+    StreamCounts* counts = nullptr;
+  };
+
+  RosBagSource(std::vector<std::string> paths, const Rig& rig, const RosBagSourceOptions& options);
+  Expected<void> SelectStreams();
   Expected<void> Inspect();
+  void LeaveOutAbsentCameras(bool complete);
   Expected<void> CheckTopics(const std::map<std::string, std::string>& types, bool complete) const;
   Expected<bool> OpenNextBag();
-  // What a message yields; empty when it was dropped (and counted).
-  std::optional<Measurement> Decode(const BagMessage& message, const Stream& stream);
+  void ReadAhead();
+  std::optional<BagMessage> NextMessage();
+  Pending Prepare(const BagMessage& message, const Stream& stream);
+  std::optional<Measurement> Complete(Pending pending);
   std::optional<Measurement> DecodeImu(const BagMessage& message, StreamCounts& counts);
   std::optional<Measurement> DecodeLidar(const BagMessage& message, StreamCounts& counts);
-  std::optional<Measurement> DecodeCamera(const BagMessage& message, const Stream& stream, StreamCounts& counts);
-  void CountUnreadable(const BagMessage& message, const Error& error, StreamCounts& counts);
+  std::optional<ImageJob> StartImage(const BagMessage& message, const Stream& stream, StreamCounts& counts);
+  std::optional<Measurement> FinishImage(ImageJob& job, const Stream& stream, StreamCounts& counts);
+  void Drop(const std::string& topic, const std::string& reason, const Error& error, StreamCounts& counts);
+  bool IsHopeless(const Stream& stream, const StreamCounts& counts) const;
+  bool CamerasDecide() const;
   std::optional<Error> TakeFinalError();
 
   std::vector<std::string> paths_;
   Rig rig_;
+  RosBagSourceOptions options_;
   std::map<std::string, Stream> streams_;  // by topic
   std::unique_ptr<BagReader> reader_;
   std::size_t next_path_ = 0;
@@ -71,8 +96,13 @@ class RosBagSource : public MeasurementSource {
   std::uint64_t bytes_done_ = 0;  // of the bags before the current one
   std::optional<ImuNormalizer> imu_;
   std::optional<SweepNormalizer> lidar_;
+  ImageSchedule schedule_;
+  BackgroundTasks background_;
+  std::deque<Pending> pending_;  // in order of arrival
+  bool all_read_ = false;
   std::map<std::string, StreamCounts> counts_;
   std::map<std::string, std::string> unreadable_;  // topic -> why the first unreadable message was so
+  std::vector<std::string> absent_cameras_;        // notes
   std::map<std::string, std::string> topics_;      // of all bags: topic -> type
   std::optional<Error> damage_;
   bool finished_ = false;

@@ -16,24 +16,6 @@ Eigen::Vector3d MeanCameraCenter(const Rig& rig) {
   return sum / static_cast<double>(rig.cameras.size());
 }
 
-Expected<void> CheckMasks(const Rig& rig, const std::vector<Image>& masks) {
-  if (masks.empty()) return {};
-  if (masks.size() != rig.cameras.size()) {
-    return MakeError(kKind, "{} masks for {} cameras: give one per camera or none", masks.size(),
-                     rig.cameras.size());
-  }
-  for (std::size_t i = 0; i < masks.size(); ++i) {
-    const CameraModel& model = *rig.cameras[i].model;
-    if (masks[i].pixels.empty()) continue;
-    if (masks[i].width != model.width() || masks[i].height != model.height()) {
-      return MakeError(kKind, "mask of {} is {} x {} px, its images are {} x {}: scale the mask",
-                       rig.cameras[i].name, masks[i].width, masks[i].height, model.width(),
-                       model.height());
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 Eigen::Vector3d PointOnSphere(const Eigen::Vector3d& center, const Eigen::Vector3d& bearing,
@@ -51,18 +33,19 @@ Expected<PanoramaModel> PanoramaModel::FromRig(const Rig& rig, const PanoramaOpt
   if (rig.cameras.empty()) {
     return MakeError(kKind, "rig '{}' has no cameras: a panorama needs one", rig.name);
   }
-  if (auto valid = CheckMasks(rig, options.masks); !valid) return tl::unexpected(valid.error());
   PanoramaModel model;
   model.border_px_ = options.border_px;
   model.T_body_pano_ = Pose3::FromTranslation(rig.p_body_pano.value_or(MeanCameraCenter(rig)));
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    const CameraSpec& spec = rig.cameras[i];
+  for (const CameraSpec& spec : rig.cameras) {
     Camera camera;
     camera.model = spec.model;
     camera.T_pano_camera = model.T_body_pano_.inverse() * spec.T_body_camera;
     camera.R_pano_camera = camera.T_pano_camera.R();
     camera.valid_radius_px = spec.valid_radius_px;
-    if (!options.masks.empty()) camera.mask = options.masks[i];
+    camera.mask = spec.mask;
+    MLVI_CHECK(!spec.mask || (spec.mask->width == spec.model->width() &&
+                              spec.mask->height == spec.model->height()),
+               "mask of {}: {} x {} px", spec.name, spec.mask->width, spec.mask->height);
     model.cameras_.push_back(std::move(camera));
   }
   if (!(options.radius > model.largest_offset())) {
@@ -104,9 +87,9 @@ bool PanoramaModel::Usable(int i, const Eigen::Vector2d& pixel) const {
       (pixel - camera.model->principal_point()).norm() > camera.valid_radius_px) {
     return false;
   }
-  if (camera.mask.pixels.empty()) return true;
+  if (!camera.mask) return true;
   const auto column = std::lround(pixel.x()), row = std::lround(pixel.y());
-  return camera.mask.pixels[static_cast<std::size_t>(row * camera.mask.width + column)] != 0;
+  return camera.mask->pixels[static_cast<std::size_t>(row * camera.mask->width + column)] != 0;
 }
 
 std::optional<PanoramicObservation> PanoramaModel::Lift(int i, const Eigen::Vector2d& pixel) const {

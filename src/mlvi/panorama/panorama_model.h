@@ -57,14 +57,13 @@ struct PanoramaOptions {
   // only: see compensation.h. The default suits rooms and yards; adapt it to the median depth with
   // set_radius.
   double radius = 10.0;
-  double border_px = 2.0;    // pixels nearer to the image border are not used
-  std::vector<Image> masks;  // per camera, zero = do not use; none, or an empty image, for no mask
+  double border_px = 2.0;  // pixels nearer to the image border are not used
 };
 
 class PanoramaModel {
  public:
-  // Errors (kConfiguration): no cameras, masks of the wrong size, a camera at or outside of the
-  // sphere.
+  // Masks must have the size of their images (Rig::Validate). Errors (kConfiguration): no cameras, a camera at or outside
+  // of the sphere.
   static Expected<PanoramaModel> FromRig(const Rig& rig, const PanoramaOptions& options = {});
 
   int cameras() const { return static_cast<int>(cameras_.size()); }
@@ -95,7 +94,7 @@ class PanoramaModel {
     Pose3 T_pano_camera;
     Eigen::Matrix3d R_pano_camera = Eigen::Matrix3d::Identity();
     double valid_radius_px = 0.0;  // 0: no limit
-    Image mask;                    // without pixels: none
+    std::shared_ptr<const Image> mask;  // null: none
   };
   PanoramaModel() = default;
 

@@ -15,6 +15,7 @@ namespace mlvi {
 struct StreamCounts {
   std::int64_t messages = 0;                    // found in the recording
   std::int64_t delivered = 0;                   // handed on as a measurement
+  std::int64_t thinned = 0;                     // left out on purpose: more images than are asked for
   std::map<std::string, std::int64_t> dropped;  // reason -> messages
   std::map<std::string, std::int64_t> repaired; // reason -> messages (or points, as the reason says) mended on the way
 };

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlvi/sensors/camera_model.h"
+#include "mlvi/sensors/measurements.h"
+
 namespace mlvi {
 namespace {
 
@@ -80,6 +83,12 @@ void CheckCamera(const CameraSpec& camera, const std::string& field, Checks& che
   checks.Transform(field + ".T_body_camera", camera.T_body_camera);
   checks.Range(field + ".rate_hz", camera.rate_hz, 0.0, 1e5, "Hz");
   checks.Range(field + ".valid_radius_px", camera.valid_radius_px, 0.0, 1e5, "px");
+  if (camera.mask && camera.model &&
+      (camera.mask->width != camera.model->width() || camera.mask->height != camera.model->height())) {
+    checks.Fail(fmt::format("{}.mask_file: the mask of {} is {} x {} px, its images are {} x {}: scale the mask", field,
+                            camera.name, camera.mask->width, camera.mask->height, camera.model->width(),
+                            camera.model->height()));
+  }
   checks.Range(field + ".time_offset_s", camera.time_offset.seconds(), -10.0, 10.0, "s");
 }
 

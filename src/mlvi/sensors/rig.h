@@ -17,6 +17,7 @@
 namespace mlvi {
 
 class CameraModel;
+struct Image;
 
 // Continuous-time noise of an IMU (Kalibr's convention).
 struct ImuNoise {
@@ -68,7 +69,8 @@ struct CameraSpec {
   double rate_hz = 0.0;
   Duration time_offset;           // t_imu = t_cam + offset (Kalibr's timeshift_cam_imu)
   double valid_radius_px = 0.0;   // features beyond this distance from the principal point are not used; 0: no limit
-  std::string mask_file;          // image, zero = do not use; empty: none
+  std::string mask_file;          // where `mask` came from; empty: nowhere
+  std::shared_ptr<const Image> mask;  // of the size of the camera's images, zero = do not use; null: use all
 };
 
 struct Rig {
