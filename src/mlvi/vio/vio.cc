@@ -16,8 +16,8 @@
 namespace mlvi {
 namespace {
 
-PanoramaModel MakePanorama(const Rig& rig, const VioConfig& config, std::vector<Image> masks) {
-  auto model = PanoramaModel::FromRig(rig, {.radius = config.radius, .masks = std::move(masks)});
+PanoramaModel MakePanorama(const Rig& rig, const VioConfig& config) {
+  auto model = PanoramaModel::FromRig(rig, {.radius = config.radius});
   MLVI_CHECK(model.has_value(), "{}", model.error().message);
   return std::move(*model);
 }
@@ -40,13 +40,12 @@ Pose3 PlaceOf(const Pose3& T_world_body) {
 }  // namespace
 
 struct Vio::Impl {
-  Impl(const VioConfig& vio_config, const Rig& rig, StageTimes& stage_times,
-       std::vector<Image> masks)
+  Impl(const VioConfig& vio_config, const Rig& rig, StageTimes& stage_times)
       : config(vio_config),
         imu_spec(rig.imu),
         gravity(rig.gravity),
         times(stage_times),
-        tracker(MakePanorama(rig, config, std::move(masks)), config.tracker),
+        tracker(MakePanorama(rig, config), config.tracker),
         window(config.window, config.keyframe, rig.imu, rig.gravity,
                CalibrationOf(tracker.model())),
         depth(config.depth),
@@ -85,8 +84,8 @@ struct Vio::Impl {
   bool new_cloud = false;
 };
 
-Vio::Vio(const VioConfig& config, const Rig& rig, StageTimes& times, std::vector<Image> masks)
-    : impl_(std::make_unique<Impl>(config, rig, times, std::move(masks))) {}
+Vio::Vio(const VioConfig& config, const Rig& rig, StageTimes& times)
+    : impl_(std::make_unique<Impl>(config, rig, times)) {}
 Vio::~Vio() = default;
 
 VioResult Vio::Process(const ImageSet& set, std::span<const ImuSample> imu) {

@@ -48,8 +48,8 @@ struct VioResult {
 class Vio {
  public:
   // `times` collects the stages' wall times and must outlive the instance. Contract: a rig that
-  // PanoramaModel accepts, with at least one camera. `masks` as in PanoramaOptions.
-  Vio(const VioConfig& config, const Rig& rig, StageTimes& times, std::vector<Image> masks = {});
+  // PanoramaModel accepts, with at least one camera.
+  Vio(const VioConfig& config, const Rig& rig, StageTimes& times);
   ~Vio();
 
   // Sets in the order of their stamps. `imu` covers the time from the previous set (or some time
