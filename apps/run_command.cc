@@ -115,6 +115,10 @@ void Judge(const Slam& slam, const InterruptGuard& guard, const std::optional<Er
     facts.reason = odometry.lost_reason;
   } else {
     facts.status = "ok";
+    if (!odometry.resets.empty()) {
+      facts.status = "degraded";
+      facts.reason = fmt::format("odometry: {} resets, the first: {}", odometry.resets.size(), odometry.resets.front().reason);
+    }
     for (const auto& [name, report] : slam.supervisor().streams()) {
       if (report.health.level == HealthLevel::kHealthy) continue;
       facts.status = "degraded";
@@ -137,7 +141,7 @@ void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& fa
   const auto sweep = stages.find("sweep");
   fmt::print("status      {}{}{}\n", facts.status, facts.reason.empty() ? "" : ": ", facts.reason);
   fmt::print("poses       {} ({} keyframes, {} loops, {} resets)\n", slam.odometry().size(),
-             slam.graph().keyframes().size(), slam.graph().loops(), slam.supervisor().odometry().resets);
+             slam.graph().keyframes().size(), slam.graph().loops(), slam.supervisor().odometry().resets.size());
   if (sweep != stages.end()) {
     fmt::print("per sweep   p50 {:.1f} ms, p99 {:.1f} ms\n", sweep->second.p50_ms, sweep->second.p99_ms);
   }

@@ -48,6 +48,17 @@ ordered_json Streams(const std::map<std::string, mlvi::StreamReport>& reports) {
   return streams;
 }
 
+ordered_json Resets(const std::vector<mlvi::ResetReport>& resets) {
+  ordered_json list = ordered_json::array();
+  for (const mlvi::ResetReport& reset : resets) {
+    list.push_back({{"lost_s", mlvi::ToString(reset.lost)},
+                    {"resumed_s", reset.resumed.valid() ? mlvi::ToString(reset.resumed) : ""},
+                    {"sweeps_without_pose", reset.sweeps_without_pose},
+                    {"reason", reset.reason}});
+  }
+  return list;
+}
+
 ordered_json Odometry(const mlvi::Slam& slam) {
   const mlvi::OdometryReport& report = slam.supervisor().odometry();
   ordered_json odometry = {
@@ -60,6 +71,7 @@ ordered_json Odometry(const mlvi::Slam& slam) {
       {"sweeps_degenerate_in_translation", report.translation_degenerate},
       {"sweeps_degenerate_in_rotation", report.rotation_degenerate},
       {"mean_weak_translation_axis_world", Vector(report.mean_weak_translation_axis)},
+      {"resets", Resets(report.resets)},
       {"lost", report.lost},
       {"lost_reason", report.lost_reason}};
   if (slam.newest()) {
@@ -118,7 +130,7 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"real_time_factor", facts.wall_s > 0.0 ? facts.data_duration_s / facts.wall_s : 0.0},
           {"peak_rss_mb", static_cast<double>(usage.ru_maxrss) / 1024.0},
           {"keyframes", keyframes},
-          {"resets", slam.supervisor().odometry().resets},
+          {"resets", slam.supervisor().odometry().resets.size()},
           {"loops", slam.graph().loops()},
           {"messages", Messages(facts.read)},
           {"streams", Streams(slam.supervisor().streams())},

@@ -142,7 +142,7 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   outcome.used = lidar.used;
   outcome.degenerate = slam.supervisor().odometry().sweeps_degenerate;
   outcome.weak_axis = slam.supervisor().odometry().mean_weak_translation_axis;
-  outcome.resets = slam.supervisor().odometry().resets;
+  outcome.resets = static_cast<std::int64_t>(slam.supervisor().odometry().resets.size());
   outcome.keyframes = slam.graph().keyframes().size();
   Evaluate(recording, slam, outcome);
   return outcome;

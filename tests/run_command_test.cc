@@ -57,6 +57,13 @@ ProcessResult RunMlvi(const std::string& arguments) {
   return result;
 }
 
+// A part of a recording of `seconds` by itself: its stamps lie in [from, to) seconds after the beginning, late by `late`
+// against the true clock.
+struct Part {
+  double seconds = kSeconds, from = 0.0, to = 1e9, late = 0.0;
+  std::size_t poses = 0;  // at least
+};
+
 class RunCommand : public ::testing::Test {
  protected:
   static Rig TestRig() {
@@ -99,15 +106,18 @@ class RunCommand : public ::testing::Test {
   }
 
   // se3-aligned rmse of the estimate against the simulator's truth, m.
-  double Ate() const {
-    const Recording recording(StandardSequence("courtyard-easy", TestRig(), kSeconds, 5));
-    const Trajectory estimate = Estimate();
-    Trajectory truth;
-    for (const StampedPose& pose : estimate) {
-      truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(pose.stamp).T_world_body});
+  double Ate(const Part& part = {}, const std::string& name = "trajectory.tum") const {
+    const Recording recording(StandardSequence("courtyard-easy", TestRig(), part.seconds, 5));
+    Trajectory estimate, truth;
+    for (const StampedPose& pose : Estimate(name)) {
+      const double t = (pose.stamp - recording.begin()).seconds();
+      if (t < part.from || t >= part.to) continue;
+      estimate.push_back(pose);
+      const Time instant = pose.stamp - Duration::FromSeconds(part.late);
+      truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(instant).T_world_body});
     }
     const auto evaluation = Evaluate(estimate, truth, {});
-    return evaluation ? evaluation->absolute_translation.rmse : 1e9;
+    return evaluation && estimate.size() >= part.poses ? evaluation->absolute_translation.rmse : 1e9;
   }
 
   // All promised results are there and agree with one another.
@@ -248,6 +258,51 @@ TEST_F(RunCommand, TwoSecondsWithoutLidar) {
   EXPECT_THAT(result.output, HasSubstr("gap of 2."));
   ExpectResults("degraded", kSweeps - 21);
   EXPECT_LT(Ate(), 0.05);
+}
+
+// Two recordings of one walk, given as one: the second begins a minute later, in motion.
+TEST_F(RunCommand, AMinuteBetweenTwoRecordings) {
+  constexpr double kWhole = 72.0;
+  const FaultWindow pause{6.0, 61.0};
+  Simulate({.lidar_gap = pause, .imu_gap = pause}, kWhole);
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["status"], "degraded");
+  EXPECT_EQ(summary["resets"], 1);
+  const nlohmann::json reset = summary["odometry"]["resets"][0];
+  EXPECT_THAT(reset["reason"].get<std::string>(), HasSubstr("without IMU"));
+  EXPECT_FALSE(reset["resumed_s"].get<std::string>().empty());
+  EXPECT_THAT(result.output, HasSubstr("track lost"));
+  EXPECT_THAT(result.output, HasSubstr("found again"));
+  // The first sweep after a minute is held for a broken clock until another confirms it.
+  for (const char* name : {"odometry.tum", "trajectory.tum"}) {
+    const double first = Ate({.seconds = kWhole, .to = 30.0, .poses = 59}, name);
+    const double second = Ate({.seconds = kWhole, .from = 30.0, .poses = 45}, name);
+    EXPECT_LT(first, 0.02) << name;
+    EXPECT_LT(second, 0.02) << name;
+  }
+}
+
+TEST_F(RunCommand, AClockThatJumpsAheadByAMinute) {
+  constexpr double kWhole = 9.0;
+  Simulate({.time_jump = TimeJump{5.0, -70.0}}, kWhole);
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(Summary()["resets"], 1);
+  EXPECT_LT(Ate({.seconds = kWhole, .to = 30.0, .poses = 48}), 0.02);
+  EXPECT_LT(Ate({.seconds = kWhole, .from = 30.0, .late = 70.0, .poses = 35}), 0.02);
+}
+
+TEST_F(RunCommand, ASecondRecordingTooShortForAStart) {
+  const FaultWindow pause{4.0, 40.0};
+  Simulate({.lidar_gap = pause, .imu_gap = pause}, 44.6);
+  const ProcessResult result = Run();
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("track lost"));
+  EXPECT_EQ(Summary()["status"], "failed");
+  EXPECT_EQ(Summary()["odometry"]["resets"][0]["resumed_s"], "");
+  EXPECT_LT(Ate({.seconds = 44.6, .poses = 38}), 0.02);  // what was estimated before is kept
 }
 
 TEST_F(RunCommand, HalfASecondWithoutImu) {

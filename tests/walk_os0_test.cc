@@ -38,7 +38,7 @@ TEST(WalkOs0, StartsInMotionUsesEverySweepAndStaysWithinTheErrorOfThePublishedPo
   slam.Finish();
   EXPECT_EQ(slam.odometry().size(), 76U);
   EXPECT_EQ(slam.supervisor().streams().at("lidar").used, 76);
-  EXPECT_EQ(slam.supervisor().odometry().resets, 0);
+  EXPECT_TRUE(slam.supervisor().odometry().resets.empty());
   EXPECT_FALSE(slam.supervisor().odometry().lost);
   const auto truth = ReadTum(folder + "/groundtruth.tum");
   ASSERT_TRUE(truth.has_value()) << truth.error().message;

@@ -33,6 +33,9 @@ Eigen::Matrix<double, N, N> SqrtInformationOf(const Eigen::Matrix<double, N, N>&
   return SquareRoot<N>(covariance.inverse());
 }
 
+// A covariance of the pose chart that has an inverse.
+Matrix6d Finite(const Matrix6d& covariance) { return covariance + 1e-8 * Matrix6d::Identity(); }
+
 Eigen::Matrix<double, 6, 1> BiasVector(const ImuBias& bias) {
   return (Eigen::Matrix<double, 6, 1>() << bias.accelerometer, bias.gyroscope).finished();
 }
@@ -90,14 +93,7 @@ bool KeyframeGraph::WantsKeyframe(const NavState& state) const {
 
 Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
                                          std::span<const ImuSample> imu) {
-  NavState guess = estimate.state;
-  if (newest_) {
-    // The odometry's step on top of the smoothed keyframe.
-    const NavState smoothed = Estimate(keyframes_.back().id);
-    const Pose3 T_smoothed_odometry = smoothed.T_world_body * newest_->state.T_world_body.inverse();
-    guess.T_world_body = T_smoothed_odometry * estimate.state.T_world_body;
-    guess.v_world_body = T_smoothed_odometry.rotation() * estimate.state.v_world_body;
-  }
+  const NavState guess = newest_ ? Guess(estimate) : estimate.state;
   const Variables added = AddVariables(guess);
   if (newest_) {
     AddImuFactor(variables_.back(), added, imu, newest_->state.bias);
@@ -105,6 +101,41 @@ Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::
   } else {
     AddPrior(estimate, added);
   }
+  return Commit(estimate, guess, added, std::move(points));
+}
+
+Expected<GraphUpdate> KeyframeGraph::AddAfterGap(const OdometryEstimate& estimate,
+                                                 std::shared_ptr<const PointCloud> points,
+                                                 const Matrix6d& gap) {
+  MLVI_CHECK(newest_.has_value(), "a gap at {} without a keyframe before it", ToString(estimate.state.stamp));
+  const NavState guess = Guess(estimate);
+  const Variables added = AddVariables(guess);
+  const Pose3 T_from_to = newest_->state.T_world_body.inverse() * estimate.state.T_world_body;
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(Finite(gap))), nullptr,
+                      {variables_.back().pose, added.pose});
+  AddTiltPrior(estimate, added);
+  // Three times the speed: less would tell the heading, against which the speed is measured.
+  const Eigen::Matrix3d any_heading = 9.0 * guess.v_world_body.squaredNorm() * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d velocity_covariance =
+      estimate.covariance.block<3, 3>(kVelocity, kVelocity) + any_heading;
+  smoother_.AddFactor(std::make_shared<VectorPriorFactor>(guess.v_world_body,
+                                                          SqrtInformationOf<3>(velocity_covariance)),
+                      nullptr, {added.velocity});
+  AddBiasPrior(estimate, added);
+  return Commit(estimate, guess, added, std::move(points));
+}
+
+NavState KeyframeGraph::Guess(const OdometryEstimate& estimate) const {
+  const NavState smoothed = Estimate(keyframes_.back().id);
+  const Pose3 T_smoothed_odometry = smoothed.T_world_body * newest_->state.T_world_body.inverse();
+  NavState guess = estimate.state;
+  guess.T_world_body = T_smoothed_odometry * estimate.state.T_world_body;
+  guess.v_world_body = T_smoothed_odometry.rotation() * estimate.state.v_world_body;
+  return guess;
+}
+
+Expected<GraphUpdate> KeyframeGraph::Commit(const OdometryEstimate& estimate, const NavState& guess,
+                                            const Variables& added, std::shared_ptr<const PointCloud> points) {
   const KeyframeId id(static_cast<std::int64_t>(keyframes_.size()));
   keyframes_.push_back({.id = id, .state = estimate.state, .points = std::move(points)});
   variables_.push_back(added);
@@ -170,18 +201,34 @@ KeyframeGraph::Variables KeyframeGraph::AddVariables(const NavState& state) {
 void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& at) {
   // Cross-correlations of the start are let go: the IMU factors restore what matters of them.
   const Eigen::Matrix3d velocity_covariance = estimate.covariance.block<3, 3>(kVelocity, kVelocity);
-  const Matrix6d bias_covariance = estimate.covariance.block<6, 6>(kAccelerometerBias, kAccelerometerBias);
   // Position and yaw of the first keyframe define the world: a floor keeps the prior finite.
-  const Matrix6d pose_covariance = PoseChartCovariance(estimate.state.T_world_body.R(), estimate.covariance) + 1e-8 * Matrix6d::Identity();
+  const Matrix6d pose_covariance =
+      Finite(PoseChartCovariance(estimate.state.T_world_body.R(), estimate.covariance));
   smoother_.AddFactor(
       std::make_shared<PosePriorFactor>(estimate.state.T_world_body, SqrtInformationOf<6>(pose_covariance)), nullptr,
       {at.pose});
   smoother_.AddFactor(
       std::make_shared<VectorPriorFactor>(estimate.state.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
       nullptr, {at.velocity});
+  AddBiasPrior(estimate, at);
+}
+
+void KeyframeGraph::AddBiasPrior(const OdometryEstimate& estimate, const Variables& at) {
+  const Matrix6d covariance = estimate.covariance.block<6, 6>(kAccelerometerBias, kAccelerometerBias);
   smoother_.AddFactor(
-      std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias), SqrtInformationOf<6>(bias_covariance)),
-      nullptr, {at.bias});
+      std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias), SqrtInformationOf<6>(covariance)), nullptr,
+      {at.bias});
+}
+
+// Roll and pitch by gravity. The residual of the prior is the rotation vector in the frame of the prior's body; its
+// components along the world's x and y stay zero whatever the heading becomes.
+void KeyframeGraph::AddTiltPrior(const OdometryEstimate& estimate, const Variables& at) {
+  const Eigen::Matrix3d R = estimate.state.T_world_body.R();
+  const Eigen::Matrix3d covariance = R * estimate.covariance.block<3, 3>(kRotation, kRotation) * R.transpose();
+  const Eigen::Matrix2d tilt = covariance.topLeftCorner<2, 2>() + 1e-8 * Eigen::Matrix2d::Identity();
+  Matrix6d W = Matrix6d::Zero();
+  W.block<2, 3>(3, 3) = SqrtInformationOf<2>(tilt) * R.topRows<2>();
+  smoother_.AddFactor(std::make_shared<PosePriorFactor>(estimate.state.T_world_body, W), nullptr, {at.pose});
 }
 
 void KeyframeGraph::AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu,

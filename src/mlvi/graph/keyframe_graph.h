@@ -54,6 +54,13 @@ class KeyframeGraph {
   Expected<GraphUpdate> Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
                             std::span<const ImuSample> imu);
 
+  // The same after a loss: no IMU factor over the gap, but what is known of the motion from the newest keyframe by its
+  // `gap` covariance (pose chart of `estimate`, may be very large), and what a new start knows by itself: roll, pitch
+  // and biases; of its speed only the order of magnitude, for the heading may be corrected by any angle later.
+  // Needs a keyframe.
+  Expected<GraphUpdate> AddAfterGap(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
+                                    const Matrix6d& gap);
+
   // Adds a verified loop closure: T_from_to measured with `covariance` in the pose chart; robust.
   Expected<GraphUpdate> AddLoop(KeyframeId from, KeyframeId to, const Pose3& T_from_to, const Matrix6d& covariance);
 
@@ -68,8 +75,15 @@ class KeyframeGraph {
     VariableId pose, velocity, bias;
   };
 
+  // `estimate` moved from the odometry's frame to where its step from the newest keyframe leads in the graph.
+  NavState Guess(const OdometryEstimate& estimate) const;
+  // Solves with a new keyframe, or takes it back.
+  Expected<GraphUpdate> Commit(const OdometryEstimate& estimate, const NavState& guess, const Variables& added,
+                               std::shared_ptr<const PointCloud> points);
   Variables AddVariables(const NavState& state);
   void AddPrior(const OdometryEstimate& estimate, const Variables& at);
+  void AddTiltPrior(const OdometryEstimate& estimate, const Variables& at);
+  void AddBiasPrior(const OdometryEstimate& estimate, const Variables& at);
   void AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu, const ImuBias& bias);
   void AddLidarOdometryFactor(const OdometryEstimate& from, const Variables& from_variables,
                               const OdometryEstimate& to, const Variables& to_variables);

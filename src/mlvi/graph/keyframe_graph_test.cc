@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 namespace mlvi {
 namespace {
@@ -160,6 +161,97 @@ TEST(KeyframeGraph, ALoopRemovesDriftAndAWrongOneDoesNotBendTheMap) {
   EXPECT_LT(error_of_last(right), 0.3 * before);
   EXPECT_LT(error_of_last(wrong), 2.0 * before);
   EXPECT_EQ(right.loops(), 1);
+}
+
+// Two walks along the circle with a minute between them, the second placed wrongly by a turn of 40 degrees and some
+// metres, as the gap's covariance admits.
+class GapTest : public ::testing::Test {
+ protected:
+  GapTest() {
+    for (double t = 0.0; t <= kFirstEnd; t += kStep) AddAt(graph_, t, EstimateOf(CircleState(t)));
+    Vector6d sigma;
+    sigma << 180.0, 180.0, 180.0, 0.02, 0.02, 1.8;
+    gap_ = sigma.cwiseAbs2().asDiagonal();
+    for (double t = kSecond; t <= kSecond + 8.0; t += kStep) Add(t);
+  }
+  void Add(double t) {
+    OdometryEstimate estimate = EstimateOf(CircleState(t));
+    estimate.state.T_world_body = T_wrong_ * estimate.state.T_world_body;
+    estimate.state.v_world_body = T_wrong_.rotation() * estimate.state.v_world_body;
+    if (t == kSecond) {
+      estimate.covariance(8, 8) = gap_(5, 5);  // the heading
+      estimate.covariance.topLeftCorner<3, 3>() = gap_.topLeftCorner<3, 3>();
+      begin_ = graph_.keyframes().size();
+      const auto update = graph_.AddAfterGap(estimate, nullptr, gap_);
+      ASSERT_TRUE(update.has_value()) << update.error().message;
+    } else {
+      AddAt(graph_, t, estimate);
+    }
+  }
+  // Of the second walk by itself: greatest difference of relative poses to the truth.
+  double SecondWalkError() const {
+    const Pose3 first = graph_.Estimate(KeyframeId(static_cast<std::int64_t>(begin_))).T_world_body;
+    double error = 0.0;
+    for (std::size_t i = begin_; i < graph_.keyframes().size(); ++i) {
+      const Keyframe& keyframe = graph_.keyframes()[i];
+      const Pose3 truth = CircleState(kSecond).T_world_body.inverse() *
+                          CircleState(keyframe.state.stamp.seconds()).T_world_body;
+      error = std::max(error, BoxMinus(first.inverse() * graph_.Estimate(keyframe.id).T_world_body, truth).norm());
+    }
+    return error;
+  }
+
+  static constexpr double kFirstEnd = 8.0, kSecond = 68.0;
+  Pose3 T_wrong_{ExpSo3({0.0, 0.0, 0.7}), {5.0, -8.0, 1.0}};
+  Matrix6d gap_;
+  KeyframeGraph graph_{{}, TestRig()};
+  std::size_t begin_ = 0;
+};
+
+TEST_F(GapTest, BothPartsStayAsGoodAsTheyWereAndWhereTheyWerePut) {
+  for (std::size_t i = 0; i < begin_; ++i) {
+    const Keyframe& keyframe = graph_.keyframes()[i];
+    EXPECT_LT(BoxMinus(graph_.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds())).head<3>().norm(),
+              1e-3);
+  }
+  EXPECT_LT(SecondWalkError(), 2e-3);
+  const Keyframe& last = graph_.keyframes().back();
+  EXPECT_LT(BoxMinus(graph_.Estimate(last.id).T_world_body, last.state.T_world_body).norm(), 1e-2);
+}
+
+TEST_F(GapTest, CovariancesTellTheGap) {
+  OdometryEstimate next = EstimateOf(CircleState(kSecond + 8.5));
+  next.state.T_world_body = T_wrong_ * next.state.T_world_body;
+  next.state.v_world_body = T_wrong_.rotation() * next.state.v_world_body;
+  const auto update = graph_.Add(next, nullptr, CircleImu(kSecond + 8.0, kSecond + 8.5));
+  ASSERT_TRUE(update.has_value());
+  const Matrix15d& covariance = update->covariance;
+  EXPECT_NEAR(std::sqrt(covariance(0, 0)), 180.0, 20.0);
+  EXPECT_GT(std::sqrt(covariance(8, 8)), 1.5);  // 1.8 by the gap
+  EXPECT_LT(std::sqrt(covariance(6, 6)), 0.01);  // roll by gravity
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix15d>(covariance).eigenvalues().minCoeff(), 0.0);
+}
+
+TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
+  const double t = kSecond + 4.0;
+  const auto seen = std::find_if(graph_.keyframes().begin(), graph_.keyframes().end(),
+                                 [&](const Keyframe& k) { return k.state.stamp == Time::FromSeconds(t); });
+  ASSERT_NE(seen, graph_.keyframes().end());
+  const Pose3 T_first_seen = CircleState(0.0).T_world_body.inverse() * CircleState(t).T_world_body;
+  ASSERT_TRUE(graph_.AddLoop(KeyframeId(0), seen->id, T_first_seen, 1e-6 * Matrix6d::Identity()));
+  // A robust loop of many sigmas is taken in steps.
+  for (double later = kSecond + 8.5; later < kSecond + 11.0; later += kStep) Add(later);
+  EXPECT_LT(SecondWalkError(), 5e-3);
+  for (std::size_t i = begin_; i < graph_.keyframes().size(); ++i) {
+    const Keyframe& keyframe = graph_.keyframes()[i];
+    EXPECT_LT(BoxMinus(graph_.Estimate(keyframe.id).T_world_body,
+                       CircleState(keyframe.state.stamp.seconds()).T_world_body).norm(), 2e-2);
+  }
+}
+
+TEST(KeyframeGraph, AGapNeedsAKeyframeBeforeIt) {
+  KeyframeGraph graph({}, TestRig());
+  EXPECT_THROW(graph.AddAfterGap(EstimateOf(CircleState(0.0)), nullptr, Matrix6d::Identity()), ContractViolation);
 }
 
 TEST(KeyframeGraph, ABadEstimateIsAnErrorAndLeavesTheGraphUsable) {

@@ -18,31 +18,69 @@ using namespace nav_index;
 constexpr int kMaxIterations = 30;
 constexpr double kConvergedDecrease = 1e-8;  // relative, of chi square
 
+// Neighbouring states alone share residuals, so H is block tridiagonal.
 struct NormalEquations {
-  Eigen::MatrixXd H;
-  Eigen::VectorXd g;  // gradient / 2
+  std::vector<Matrix15d> diagonal;  // H_kk
+  std::vector<Matrix15d> next;      // H_k,k+1
+  std::vector<Vector15d> gradient;  // half of it
   double chi_square = 0.0;
 
   explicit NormalEquations(std::size_t states)
-      : H(Eigen::MatrixXd::Zero(15 * static_cast<Eigen::Index>(states),
-                                15 * static_cast<Eigen::Index>(states))),
-        g(Eigen::VectorXd::Zero(H.rows())) {}
+      : diagonal(states, Matrix15d::Zero()),
+        next(states - 1, Matrix15d::Zero()),
+        gradient(states, Vector15d::Zero()) {}
 
-  // A whitened residual with its Jacobian by the states from `first` on (15 columns each).
-  void Add(std::size_t first, const Eigen::VectorXd& r, const Eigen::MatrixXd& J) {
-    const Eigen::Index at = 15 * static_cast<Eigen::Index>(first), n = J.cols();
-    H.block(at, at, n, n).noalias() += J.transpose() * J;
-    g.segment(at, n).noalias() += J.transpose() * r;
+  // A whitened residual with its Jacobian by one state.
+  void Add(std::size_t k, const Eigen::VectorXd& r, const Eigen::MatrixXd& J) {
+    diagonal[k].noalias() += J.transpose() * J;
+    gradient[k].noalias() += J.transpose() * r;
     chi_square += r.squaredNorm();
   }
+  // By states k and k + 1, 15 columns each.
+  void AddBetween(std::size_t k, const Eigen::VectorXd& r, const Eigen::MatrixXd& J) {
+    const auto a = J.leftCols<15>(), b = J.rightCols<15>();
+    Add(k, r, a);
+    diagonal[k + 1].noalias() += b.transpose() * b;
+    gradient[k + 1].noalias() += b.transpose() * r;
+    next[k].noalias() += a.transpose() * b;
+  }
 };
+
+// Block elimination of (H + damping diag H) x = -gradient from the first state to the last.
+struct Elimination {
+  std::vector<Vector15d> step;  // x, by state
+  Matrix15d last_covariance;    // the last block of the inverse
+};
+
+Elimination Eliminate(const NormalEquations& equations, double damping) {
+  const std::size_t n = equations.diagonal.size();
+  std::vector<Eigen::LLT<Matrix15d>> pivots;
+  std::vector<Vector15d> rest;  // of the right-hand side
+  for (std::size_t k = 0; k < n; ++k) {
+    Matrix15d pivot = equations.diagonal[k];
+    pivot.diagonal() *= 1.0 + damping;
+    rest.push_back(-equations.gradient[k]);
+    if (k > 0) {
+      const Matrix15d& coupling = equations.next[k - 1];
+      pivot -= coupling.transpose() * pivots.back().solve(coupling);
+      rest.back() -= coupling.transpose() * pivots.back().solve(rest[k - 1]);
+    }
+    pivots.emplace_back(pivot);
+  }
+  Elimination result{std::vector<Vector15d>(n), pivots.back().solve(Matrix15d::Identity())};
+  for (std::size_t k = n; k-- > 0;) {
+    if (k + 1 < n) rest[k] -= equations.next[k] * result.step[k + 1];
+    result.step[k] = pivots[k].solve(rest[k]);
+  }
+  return result;
+}
 
 void AddMotion(std::size_t k, std::span<const NavState> states, const PreintegratedImu& motion,
                const Matrix15d& sqrt_information, double gravity, NormalEquations& equations) {
   const ImuResidual residual = EvaluateImuResidual(states[k], states[k + 1], motion, gravity);
   Eigen::Matrix<double, 15, 30> J;
   J << residual.by_first, residual.by_second;
-  equations.Add(k, sqrt_information * residual.value, sqrt_information * J);
+  equations.AddBetween(k, sqrt_information * residual.value, sqrt_information * J);
 }
 
 void AddStep(std::size_t k, std::span<const NavState> states, const RelativePose& step,
@@ -59,7 +97,7 @@ void AddStep(std::size_t k, std::span<const NavState> states, const RelativePose
   J.block<3, 3>(3, kRotation) = -J_inverse * T_first_second.R().transpose();
   J.block<3, 3>(3, 15 + kRotation) = J_inverse;
   const Eigen::LLT<Matrix6d> llt(step.covariance);
-  equations.Add(k, llt.matrixL().solve(r), llt.matrixL().solve(J));
+  equations.AddBetween(k, llt.matrixL().solve(r), llt.matrixL().solve(J));
 }
 
 // Origin and heading of the first state, and the biases' prior.
@@ -81,10 +119,8 @@ void AddPriors(const NavState& first, const Heading& heading, const ImuSpec& imu
   equations.Add(0, weight * r, weight * J);
 }
 
-std::vector<NavState> Moved(std::vector<NavState> states, const Eigen::VectorXd& delta) {
-  for (std::size_t k = 0; k < states.size(); ++k) {
-    states[k] = BoxPlus(states[k], delta.segment<15>(15 * static_cast<Eigen::Index>(k)));
-  }
+std::vector<NavState> Moved(std::vector<NavState> states, const std::vector<Vector15d>& step) {
+  for (std::size_t k = 0; k < states.size(); ++k) states[k] = BoxPlus(states[k], step[k]);
   return states;
 }
 
@@ -115,9 +151,7 @@ Refinement RefineStates(std::vector<NavState> states, std::span<const Preintegra
   double damping = 1e-6;
   while (result.iterations < kMaxIterations && !result.converged) {
     ++result.iterations;
-    Eigen::MatrixXd damped = equations.H;
-    damped.diagonal() *= 1.0 + damping;
-    std::vector<NavState> candidate = Moved(result.states, damped.llt().solve(-equations.g));
+    std::vector<NavState> candidate = Moved(result.states, Eliminate(equations, damping).step);
     NormalEquations candidate_equations = linearize(candidate);
     const double decrease = equations.chi_square - candidate_equations.chi_square;
     result.converged = std::abs(decrease) <= kConvergedDecrease * (1.0 + equations.chi_square);
@@ -129,12 +163,10 @@ Refinement RefineStates(std::vector<NavState> states, std::span<const Preintegra
       damping *= 10.0;
     }
   }
-  const Eigen::Index size = equations.H.rows();
-  Eigen::MatrixXd last = Eigen::MatrixXd::Zero(size, 15);
-  last.bottomRows<15>().setIdentity();
-  result.covariance = equations.H.llt().solve(last).bottomRows<15>();
+  result.covariance = Eliminate(equations, 0.0).last_covariance;
   result.chi_square = equations.chi_square;
-  result.degrees_of_freedom = static_cast<int>(21 * motions.size() + 10) - static_cast<int>(size);
+  result.degrees_of_freedom =
+      static_cast<int>(21 * motions.size() + 10) - 15 * static_cast<int>(result.states.size());
   return result;
 }
 

@@ -73,10 +73,7 @@ Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drif
   FilterMatrix covariance = estimate.covariance;
   covariance.bottomRightCorner<2, 2>() += estimate.mean.tilt * estimate.mean.tilt.transpose();
   Matrix15d result = J * covariance * J.transpose();
-  result.block<3, 3>(kPosition, kPosition) += drift.topLeftCorner<3, 3>();
-  result.block<3, 3>(kPosition, kRotation) += drift.topRightCorner<3, 3>();
-  result.block<3, 3>(kRotation, kPosition) += drift.bottomLeftCorner<3, 3>();
-  result.block<3, 3>(kRotation, kRotation) += drift.bottomRightCorner<3, 3>();
+  AddPoseCovariance(drift, result);
   return result;
 }
 
@@ -86,6 +83,13 @@ Matrix6d PoseCovariance(const FilterMatrix& covariance) {
       covariance.block<3, 3>(kPosition, kRotation), covariance.block<3, 3>(kRotation, kPosition),
       covariance.block<3, 3>(kRotation, kRotation);
   return result;
+}
+
+void AddPoseCovariance(const Matrix6d& pose, Matrix15d& covariance) {
+  covariance.block<3, 3>(kPosition, kPosition) += pose.topLeftCorner<3, 3>();
+  covariance.block<3, 3>(kPosition, kRotation) += pose.topRightCorner<3, 3>();
+  covariance.block<3, 3>(kRotation, kPosition) += pose.bottomLeftCorner<3, 3>();
+  covariance.block<3, 3>(kRotation, kRotation) += pose.bottomRightCorner<3, 3>();
 }
 
 Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to,

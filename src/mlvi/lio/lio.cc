@@ -3,6 +3,7 @@
 #include "mlvi/lio/lio.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mlvi/base/error.h"
 #include "mlvi/imu/preintegration.h"
@@ -10,6 +11,7 @@
 #include "mlvi/lio/features.h"
 #include "mlvi/lio/imu_gap.h"
 #include "mlvi/lio/motion_guess.h"
+#include "mlvi/lio/placement.h"
 #include "mlvi/lio/registration.h"
 #include "mlvi/lio/start.h"
 
@@ -17,10 +19,20 @@ namespace mlvi {
 
 namespace {
 
-// Older samples are forgotten, needed or not: an estimate that does not move on must not fill memory.
-// Longer than any start, whose own sweeps span at most start.max_span.
+// Older samples are forgotten, needed or not: an estimate that does not move on must not fill
+// memory. Longer than any start, whose own sweeps span at most start.max_span.
 Duration ImuMemory(const LioConfig& config) {
   return Duration::FromSeconds(std::max(60.0, 2.0 * config.start.max_span));
+}
+
+// Of the points offered, those that found a place in the map.
+double Share(const RegistrationResult& registration) {
+  return static_cast<double>(registration.correspondences) / std::max(registration.offered, 1);
+}
+
+bool FitsWorse(const RegistrationResult& registration, double usual_share) {
+  constexpr double kBad = 0.6;
+  return Share(registration) < kBad * usual_share;
 }
 
 LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
@@ -46,6 +58,8 @@ struct Lio::Impl {
   void Remember(std::span<const ImuSample> samples);
   void Forget(Time before);
   LioResult Begin(const LidarSweep& sweep);
+  void TakeStart(const StartResult& first, LioResult& result);
+  Matrix6d WorldError(const Pose3& T_world_body) const;
   StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored);
   double SilentTimeUntil(Time end) const;
   Prediction PredictTo(const LidarSweep& sweep, double silent) const;
@@ -56,14 +70,20 @@ struct Lio::Impl {
   LioResult Track(const SweepFeatures& features, const RegistrationResult& registration,
                   double silent);
   void JudgeFit(const RegistrationResult& registration, double silent);
-  LioResult Lose(const SweepFeatures& features, const RegistrationResult& registration,
-                 const StateEstimate& prior);
+  bool Overdue(Time now) const { return (now - last_registered).seconds() >= config.lost_after; }
+  bool BeyondSearch(const StateEstimate& prior) const;
+  bool Found(const RegistrationResult& registration, Time now) const;
+  LioResult Lose(const LidarSweep& sweep, const RegistrationResult& registration,
+                 const StateEstimate& prior, double silent);
+  LioResult GiveUp(const LidarSweep& sweep, const StateEstimate& prior, double silent,
+                   const std::string& why);
 
   LioConfig config;
   Rig rig;
   StageTimes& times;
-  std::vector<ImuSample> imu;  // from the instant of `estimate` on, or all of the start
-  std::optional<Start> start;  // while initialising
+  std::vector<ImuSample> imu;          // from the instant of `estimate` on, or all of the start
+  std::optional<Start> start;          // while initialising
+  std::optional<Placement> placement;  // of a start after a loss
   StateEstimate estimate;
   std::optional<Eigen::Vector3d> lone_axis;  // of the last registration (FindDegeneracy)
   Matrix6d drift = Matrix6d::Zero();  // covariance of the map's own error at the pose of `estimate`
@@ -73,7 +93,6 @@ struct Lio::Impl {
   // points that fit before.
   int recovering = 0;
   bool fits_badly = false;
-  bool in_new_map = false;  // nothing has been registered since the map was begun anew
   double usual_share = 0.0;
 };
 
@@ -94,6 +113,9 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
   const Prediction prediction = impl_->PredictTo(sweep, silent);
   const StateEstimate prior =
       guess ? FuseMotionGuess(impl_->estimate, prediction, *guess) : prediction.end;
+  if (impl_->Overdue(sweep.end()) && impl_->BeyondSearch(prior)) {
+    return impl_->GiveUp(sweep, prior, silent, "");
+  }
   std::vector<NavState> trajectory = Bent(prediction.trajectory, prior.mean.nav.T_world_body);
   SweepFeatures features;
   RegistrationResult registration;
@@ -103,8 +125,8 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
     registration = impl_->TimedRegister(features, prior);
     trajectory = Bent(trajectory, registration.estimate.mean.nav.T_world_body);
   }
-  if (registration.correspondences < impl_->config.registration.min_correspondences) {
-    return impl_->Lose(features, registration, prior);
+  if (!impl_->Found(registration, sweep.end())) {
+    return impl_->Lose(sweep, registration, prior, silent);
   }
   return impl_->Track(features, registration, silent);
 }
@@ -162,10 +184,20 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
   if (!first) return result;
   result.status = LioResult::Status::kTracking;
   result.reason = fmt::format("{} start from {} sweeps", first->method, first->sweeps.size());
+  if (placement) {
+    const Pose3 T_world_level = WorldOfStart(first->T_world_first, placement->T_world_body);
+    TakeStart(InWorld(T_world_level, *first), result);
+  } else {
+    TakeStart(*first, result);
+  }
+  return result;
+}
+
+void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   SweepFeatures features;
-  for (std::size_t i = 0; i < first->sweeps.size(); ++i) {
-    const LidarSweep& kept = first->sweeps[i];
-    const NavState& state = first->states[i];
+  for (std::size_t i = 0; i < first.sweeps.size(); ++i) {
+    const LidarSweep& kept = first.sweeps[i];
+    const NavState& state = first.states[i];
     const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
     const auto trajectory =
         samples.empty()
@@ -173,20 +205,37 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
             : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
                              state.v_world_body, state.bias, samples);
     features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
-    if (i + 1 < first->sweeps.size()) result.new_share = map.Insert(features, state.T_world_body);
+    if (i + 1 < first.sweeps.size()) result.new_share = map.Insert(features, state.T_world_body);
     result.estimates.push_back({.state = state,
-                                .covariance = first->covariance,
+                                .covariance = first.covariance,
                                 .degeneracy = {.information = StartInformation()}});
+    AddPoseCovariance(WorldError(state.T_world_body), result.estimates.back().covariance);
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
-  Accept(InTheirMap(features, AnchorToMap(first->states.back(), first->covariance)));
+  if (placement) {
+    const OdometryEstimate& begin = result.estimates.front();
+    Matrix15d unknown = first.covariance;
+    AddPoseCovariance(PlacementError(*placement, begin.state.T_world_body), unknown);
+    result.gap = PoseChartCovariance(begin.state.T_world_body.R(), unknown);
+  }
+  // The world is where this pose says, however well it fits the map.
+  const Matrix6d error = WorldError(first.states.back().T_world_body);
+  Accept(InTheirMap(features, AnchorToMap(first.states.back(), first.covariance)));
   map.Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.back().state = estimate.mean.nav;
-  // The world is where this pose says, however well it fits the map.
-  drift = PoseCovariance(estimate.covariance);
+  drift = PoseCovariance(estimate.covariance) + error;
   last_registered = estimate.mean.nav.stamp;
   start.reset();
-  return result;
+  placement.reset();
+}
+
+// What a start after a loss does not know of its place in the world: the drift until then and the
+// way since. A first start defines the world.
+Matrix6d Lio::Impl::WorldError(const Pose3& T_world_body) const {
+  if (!placement) return Matrix6d::Zero();
+  const StateEstimate there{.mean = {.nav = {.T_world_body = T_world_body}}};
+  return GrownDrift(drift, estimate.mean.nav.T_world_body, there, 0.0) +
+         PlacementError(*placement, T_world_body);
 }
 
 // The poses of the start were found one by one in a growing map, to 5 mm; in the map of the
@@ -260,50 +309,69 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   result.estimates.push_back({.state = estimate.mean.nav,
                               .covariance = ReportedCovariance(estimate, drift),
                               .degeneracy = registration.degeneracy});
-  // A pose in a map that has nothing in common with the one before binds it to nothing.
-  if (in_new_map) result.estimates.back().degeneracy.information.setZero();
-  in_new_map = false;
   result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;
 }
 
 void Lio::Impl::JudgeFit(const RegistrationResult& registration, double silent) {
-  constexpr double kBad = 0.6;  // of the usual share
   constexpr double kGain = 0.1;
-  const double share =
-      static_cast<double>(registration.correspondences) / std::max(registration.offered, 1);
   recovering = silent > 0.0 ? config.gap.recovery_sweeps : std::max(recovering - 1, 0);
-  fits_badly = recovering > 0 && (share < kBad * usual_share || !registration.converged);
+  fits_badly = recovering > 0 && (FitsWorse(registration, usual_share) || !registration.converged);
   if (fits_badly) return;
   if (silent == 0.0) recovering = 0;
+  const double share = Share(registration);
   usual_share = usual_share == 0.0 ? share : (1.0 - kGain) * usual_share + kGain * share;
 }
 
-LioResult Lio::Impl::Lose(const SweepFeatures& features, const RegistrationResult& registration,
-                          const StateEstimate& prior) {
+// Registration finds the nearest minimum only: with a prediction known worse than it searches, a
+// fit means nothing.
+bool Lio::Impl::BeyondSearch(const StateEstimate& prior) const {
+  const double variance = PoseCovariance(prior.covariance).diagonal().head<3>().maxCoeff();
+  return std::sqrt(variance) > config.registration.max_search_distance;
+}
+
+// After a long time without registration, what fits worse than usual is taken for another place.
+bool Lio::Impl::Found(const RegistrationResult& registration, Time now) const {
+  return registration.correspondences >= config.registration.min_correspondences &&
+         !(Overdue(now) && FitsWorse(registration, usual_share));
+}
+
+LioResult Lio::Impl::Lose(const LidarSweep& sweep, const RegistrationResult& registration,
+                          const StateEstimate& prior, double silent) {
+  const double silence = (prior.mean.nav.stamp - last_registered).seconds();
+  const std::string why = fmt::format(
+      "{} of {} points found a place in the local map of {} points (usual share {:.2f}, "
+      "lio.registration.min_correspondences = {}); predicted by the IMU for {:.1f} s",
+      registration.correspondences, registration.offered, map.size(), usual_share,
+      config.registration.min_correspondences, silence);
+  if (Overdue(sweep.end())) return GiveUp(sweep, prior, silent, why + "; ");
   drift = GrownDrift(drift, estimate.mean.nav.T_world_body, prior, 0.0);
   Accept(prior);
   LioResult result = Figures(registration, LioResult::Status::kRejected);
   result.rejection = "not registered";
-  const double silence = (prior.mean.nav.stamp - last_registered).seconds();
-  result.reason = fmt::format(
-      "{} of {} points found a place in the local map of {} points, fewer than "
-      "lio.registration.min_correspondences = {}; predicted by the IMU for {:.1f} s",
-      registration.correspondences, registration.offered, map.size(),
-      config.registration.min_correspondences, silence);
-  if (silence < config.lost_after) return result;
+  result.reason = why;
+  return result;
+}
+
+LioResult Lio::Impl::GiveUp(const LidarSweep& sweep, const StateEstimate& prior, double silent,
+                            const std::string& why) {
+  const double unwatched = (sweep.end() - estimate.mean.nav.stamp).seconds();
+  placement = PlaceOf(estimate, prior, silent, unwatched, config);
+  const double lost = (sweep.end() - last_registered).seconds();
+  start.emplace(config, rig);
   map.Clear();
-  map.Insert(features, prior.mean.nav.T_world_body);
-  // What is unknown about the pose becomes an error of the new map, relative to which it is known.
-  drift += PoseCovariance(prior.covariance);
-  in_new_map = true;
   lone_axis.reset();
   fits_badly = false;
   recovering = 0;
   usual_share = 0.0;
-  last_registered = prior.mean.nav.stamp;
-  result.reason += "; a new local map begins at the predicted pose";
-  result.map_restarted = true;
+  Forget(sweep.stamp);
+  LioResult result = Begin(sweep);
+  result.lost = true;
+  const Vector6d sigma = placement->covariance.diagonal().cwiseSqrt();
+  result.reason = fmt::format(
+      "{}no registration for {:.1f} s (lio.lost_after = {:.1f} s), {:.1f} s of them without IMU: a "
+      "new start begins, placed where the body is supposed to be, known to {:.3g} m and {:.3g} rad",
+      why, lost, config.lost_after, silent, sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff());
   return result;
 }
 

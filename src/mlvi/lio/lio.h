@@ -42,8 +42,12 @@ struct LioResult {
   int iterations = 0;
   double rms_residual = 0.0;  // m
   bool converged = false;
-  bool map_restarted = false;  // registration failed for so long that a new local map began: a reset
   double new_share = 0.0;  // of the sweep's points, those that were new to the local map
+  // A reset: track was lost, for `reason`, and a new start begins with this sweep.
+  bool lost = false;
+  // With the estimates of a start after a reset: covariance of the motion from the last estimate
+  // before it to the first of these, in the pose chart of the latter. It may be very large.
+  std::optional<Matrix6d> gap;
 };
 
 class Lio {

@@ -106,7 +106,7 @@ void LioConfig::Declare(ConfigDeclaration& d) {
           "Below this number of registered points the finer cloud is registered", {0, 100000});
   d.Field("min_points", min_points, "", "Sweeps with fewer points are rejected", {10, 100000});
   d.Field("lost_after", lost_after, "s",
-          "Without a registration for this long a new local map is begun", {0.1, 60.0});
+          "Without a registration for this long track is lost and a new start begins", {0.1, 60.0});
   d.Section("map", map);
   d.Section("registration", registration);
   d.Section("degeneracy", degeneracy);

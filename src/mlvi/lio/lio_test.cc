@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/lio/testing.h"
@@ -98,6 +100,28 @@ TEST(Lio, StartsAtRest) {
   EXPECT_LT(ErrorAtEnd(outcome, {.speed = 0.0}).norm(), 0.01);
 }
 
+// The estimates from `begin` on, as if they were all there is.
+Outcome From(Time begin, const Outcome& whole) {
+  Outcome part;
+  for (const OdometryEstimate& estimate : whole.estimates) {
+    if (estimate.state.stamp >= begin) part.estimates.push_back(estimate);
+  }
+  return part;
+}
+
+int Resets(const Outcome& outcome) {
+  return static_cast<int>(std::count_if(outcome.results.begin(), outcome.results.end(),
+                                        [](const LioResult& result) { return result.lost; }));
+}
+
+// The one result that brought the estimates of the new start.
+const LioResult& Resumption(const Outcome& outcome) {
+  const auto resumed = std::find_if(outcome.results.begin(), outcome.results.end(),
+                                    [](const LioResult& result) { return result.gap.has_value(); });
+  EXPECT_NE(resumed, outcome.results.end());
+  return *resumed;
+}
+
 TEST(Lio, ContinuesAfterGaps) {
   Scenario scenario{.motion = {.speed = 1.0},
                     .config = {},
@@ -107,12 +131,96 @@ TEST(Lio, ContinuesAfterGaps) {
   scenario.without_sweeps = {3.0, 5.0};
   const Outcome lidar_gap = Play(scenario);
   ASSERT_EQ(lidar_gap.estimates.size(), 50U);
+  EXPECT_EQ(Resets(lidar_gap), 0);
   EXPECT_LT(ErrorAtEnd(lidar_gap, scenario.motion).head<3>().norm(), 0.03);
   scenario.without_sweeps = {};
   scenario.without_imu = {3.0, 3.5};
   const Outcome imu_gap = Play(scenario);
   EXPECT_GE(imu_gap.estimates.size(), 60U);
+  EXPECT_EQ(Resets(imu_gap), 0);
   EXPECT_LT(ErrorAtEnd(imu_gap, scenario.motion).head<3>().norm(), 0.03);
+}
+
+TEST(Lio, StartsAnewInMotionAfterAMinuteWithoutAnything) {
+  Scenario scenario{.motion = {.speed = 1.5},
+                    .config = {},
+                    .seconds = 67.0,
+                    .without_sweeps = {3.0, 63.0},
+                    .without_imu = {3.0, 63.0}};
+  const Outcome outcome = Play(scenario);
+  ASSERT_EQ(Resets(outcome), 1);
+  ASSERT_EQ(outcome.estimates.size(), 70U);  // those of the new start come out with its first
+  // The part after the pause is as good by itself as one from the first start (see above).
+  const Outcome after = From(kBegin + Duration::FromSeconds(60.0), outcome);
+  ASSERT_EQ(after.estimates.size(), 40U);
+  const Vector6d error = ErrorAtEnd(after, scenario.motion);
+  EXPECT_LT(error.head<3>().norm(), 0.02);
+  EXPECT_LT(error.tail<3>().norm(), 0.01);
+  // It begins where the body was last seen, with the heading of then, level, and says how little
+  // that is worth.
+  const OdometryEstimate& last = outcome.estimates[29];
+  const OdometryEstimate& first = after.estimates.front();
+  const Matrix6d gap = *Resumption(outcome).gap;
+  EXPECT_LT((first.state.T_world_body.translation() - last.state.T_world_body.translation()).norm(),
+            1e-6);
+  EXPECT_NEAR(std::sqrt(gap(0, 0)), scenario.config.start.max_speed * 60.0, 1.0);
+  const auto up_error = [&](const OdometryEstimate& e) {
+    const double t = (e.state.stamp - kBegin).seconds();
+    return (e.state.T_world_body.R().row(2) - scenario.motion.At(t).R().row(2)).norm();
+  };
+  EXPECT_LT(up_error(first), 0.01);
+  EXPECT_GT((first.covariance.block<3, 3>(6, 6).trace()), 1.0);  // the heading
+}
+
+TEST(Lio, StartsAnewWithUnboundedUncertaintyOnlyWhereTheImuWasSilent) {
+  // Twenty seconds without LiDAR are too long for this IMU, but it tells the heading.
+  Scenario scenario{.motion = {.speed = 1.5},
+                    .config = {},
+                    .seconds = 27.0,
+                    .without_sweeps = {3.0, 23.0},
+                    .without_imu = {}};
+  scenario.config.registration.max_search_distance = 1.0;
+  const Outcome outcome = Play(scenario);
+  ASSERT_EQ(Resets(outcome), 1);
+  const Vector6d error =
+      ErrorAtEnd(From(kBegin + Duration::FromSeconds(20.0), outcome), scenario.motion);
+  EXPECT_LT(error.head<3>().norm(), 0.02);
+  const Matrix6d gap = *Resumption(outcome).gap;
+  const Vector6d whole = ErrorAtEnd(outcome, scenario.motion);
+  EXPECT_LT(whole.head<3>().norm(), 3.0 * std::sqrt(gap.topLeftCorner<3, 3>().trace()));
+  EXPECT_LT(whole.tail<3>().norm(), 0.05);
+  EXPECT_LT(std::sqrt(gap.bottomRightCorner<3, 3>().trace()), 0.05);
+}
+
+TEST(Lio, AStartThatNeverComesAboutKeepsNothingAndDoesNotResetAgain) {
+  const Rig rig = test::MakeTestRig();
+  const test::BoxWorld world = test::FurnishedRoom();
+  const test::SwingMotion motion{.speed = 1.5};
+  StageTimes times;
+  Lio lio({}, rig, times);
+  std::vector<LioResult> results;
+  const auto play = [&](double from, double to, bool contradictory) {
+    for (int k = static_cast<int>(std::lround(from / kPeriod)); (k + 1) * kPeriod <= to; ++k) {
+      const double t = k * kPeriod;
+      std::vector<ImuSample> imu =
+          test::ImuRun(motion, rig, t, t + kPeriod, kBegin, RandomStream(6));
+      for (ImuSample& sample : imu) {
+        if (contradictory) sample.linear_acceleration *= 2.0;
+      }
+      results.push_back(lio.Process(
+          test::Scan(world, motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k), {16, 300}),
+          imu));
+    }
+  };
+  play(0.0, 2.0, false);
+  ASSERT_EQ(results.back().status, LioResult::Status::kTracking);
+  play(40.0, 47.0, true);
+  EXPECT_EQ(std::count_if(results.begin(), results.end(), [](const auto& r) { return r.lost; }), 1);
+  EXPECT_EQ(results.back().status, LioResult::Status::kInitializing);
+  EXPECT_FALSE(results.back().reason.empty());
+  EXPECT_LE(lio.imu_samples(), 60U * 200U + 2U);
+  play(100.0, 103.0, false);
+  EXPECT_EQ(results.back().status, LioResult::Status::kTracking);
 }
 
 TEST(Lio, TheSameBitsAtAnyNumberOfThreads) {

@@ -45,6 +45,20 @@ Matrix6d StartInformation() {
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
+StartResult InWorld(const Pose3& T_world_level, StartResult start) {
+  const Eigen::Matrix3d R = T_world_level.R();
+  for (NavState& state : start.states) {
+    state.T_world_body = T_world_level * state.T_world_body;
+    state.v_world_body = R * state.v_world_body;
+  }
+  Matrix15d turn = Matrix15d::Identity();
+  turn.block<3, 3>(nav_index::kPosition, nav_index::kPosition) = R;
+  turn.block<3, 3>(nav_index::kVelocity, nav_index::kVelocity) = R;
+  start.covariance = turn * start.covariance * turn.transpose();
+  start.T_world_first = T_world_level * start.T_world_first;
+  return start;
+}
+
 std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity,
                                      const ImuBias& bias, std::span<const ImuSample> samples) {
   std::vector<NavState> states(samples.size());
@@ -69,6 +83,9 @@ std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const I
   for (const ImuSample& sample : imu) {
     if (imu_.empty() || sample.stamp > imu_.back().stamp) imu_.push_back(sample);
   }
+  if (!kept_.empty() && (sweep.end() - newest_end()).seconds() > config_.start.max_span) {
+    BeginAnew();
+  }
   kept_.push_back(Registered(sweep));
   if (kept_.size() == 2) {
     // The first sweep was deskewed without a velocity; now there is one.
@@ -82,6 +99,12 @@ std::optional<StartResult> Start::Add(const LidarSweep& sweep, std::span<const I
   if (auto result = AtRest() ? TryStatic() : TryMoving()) return result;
   while (Span() > config_.start.max_span) DropOldest();
   return std::nullopt;
+}
+
+void Start::BeginAnew() {
+  kept_.clear();
+  map_.Clear();
+  velocity_.setZero();
 }
 
 Start::Kept Start::Registered(const LidarSweep& sweep) const {
@@ -150,14 +173,18 @@ std::optional<StartResult> Start::TryStatic() {
     why_ = "one sweep alone cannot tell rest from motion";
     return std::nullopt;
   }
-  const auto at_rest = InitializeAtRest(
-      SamplesBetween(imu_, kept_.front().sweep.end(), kept_.back().sweep.end()), rig_.imu,
-      rig_.gravity, &why_);
+  const auto at_rest =
+      InitializeAtRest(SamplesBetween(imu_, kept_.front().sweep.end(), kept_.back().sweep.end()),
+                       rig_.imu, rig_.gravity, &why_);
   if (!at_rest || at_rest->states.empty()) return TryMoving();
-  StartResult result{
-      .states = {}, .covariance = at_rest->covariance, .sweeps = {}, .method = "static"};
-  // Nobody stands perfectly still: the slow turn that the sweeps show is not a bias of the gyroscope.
-  // Where the surroundings do not tell the turn, the registered one is the gyroscopes' own.
+  StartResult result{.states = {},
+                     .covariance = at_rest->covariance,
+                     .sweeps = {},
+                     .method = "static",
+                     .T_world_first = {}};
+  // Nobody stands perfectly still: the slow turn that the sweeps show is not a bias of the
+  // gyroscope. Where the surroundings do not tell the turn, the registered one is the gyroscopes'
+  // own.
   NavState state = at_rest->states.back();
   if (TellsTurn()) {
     state.bias.gyroscope -= TurnRate();
@@ -165,6 +192,7 @@ std::optional<StartResult> Start::TryStatic() {
         std::pow(TurnRateSigma(), 2);
   }
   const Pose3 T_world_start = state.T_world_body * kept_.back().T_start_body.inverse();
+  result.T_world_first = T_world_start;
   for (const Kept& kept : kept_) {
     state.stamp = kept.sweep.end();
     state.T_world_body = T_world_start * kept.T_start_body;
@@ -219,7 +247,9 @@ std::optional<StartResult> Start::TryMoving() {
   StartResult result{.states = std::move(initialization->states),
                      .covariance = initialization->covariance,
                      .sweeps = {},
-                     .method = initialization->method};
+                     .method = initialization->method,
+                     .T_world_first = {}};
+  result.T_world_first = result.states.front().T_world_body * kept_.front().T_start_body.inverse();
   for (const Kept& kept : kept_) result.sweeps.push_back(kept.sweep);
   return result;
 }

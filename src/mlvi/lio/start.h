@@ -18,7 +18,13 @@ struct StartResult {
   Matrix15d covariance;  // of the last state
   std::vector<LidarSweep> sweeps;
   std::string method;  // "static" or "moving"
+  // In the world of the states: the body at the end of the first sweep that was given, which may
+  // have been dropped since.
+  Pose3 T_world_first;
 };
+
+// The start seen from another level world.
+StartResult InWorld(const Pose3& T_world_level, StartResult start);
 
 // Finds the first states. At rest: gravity and gyroscope bias from the IMU, once the registered
 // sweeps agree that nothing moves. Moving: sweeps are registered one after the other against a
@@ -30,7 +36,7 @@ class Start {
   Start(const LioConfig& config, const Rig& rig);
 
   // Takes the next sweep and the samples up to its end. Empty while more is needed; why() tells
-  // what for.
+  // what for. After a pause of more than max_span all begins anew.
   std::optional<StartResult> Add(const LidarSweep& sweep, std::span<const ImuSample> imu);
   const std::string& why() const { return why_; }
   // The end of the newest sweep; invalid before the first.
@@ -45,6 +51,7 @@ class Start {
     bool turn_unseen = false;  // the registration could not tell some rotation
   };
 
+  void BeginAnew();
   Kept Registered(const LidarSweep& sweep) const;
   void RebuildMap();
   void DropOldest();
@@ -52,8 +59,8 @@ class Start {
   bool TellsTurn() const;
   double Span() const;                   // s
   Eigen::Vector3d LastVelocity() const;  // m/s, of the last step, in the start frame
-  Eigen::Vector3d TurnRate() const;   // rad/s, mean, body frame, by the registered sweeps
-  double TurnRateSigma() const;       // rad/s, of TurnRate() at rest
+  Eigen::Vector3d TurnRate() const;      // rad/s, mean, body frame, by the registered sweeps
+  double TurnRateSigma() const;          // rad/s, of TurnRate() at rest
   std::optional<StartResult> TryStatic();
   std::optional<StartResult> TryMoving();
 

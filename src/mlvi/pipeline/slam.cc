@@ -70,12 +70,14 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   const LioResult result = lio_.Process(sweep, imu_.Between(imu_needed_from_, sweep.end()));
   imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
   supervisor_.Observe(sweep, result);
+  if (result.lost) current_.reset();
+  if (result.gap) gap_ = result.gap;
   for (std::size_t i = 0; i < result.estimates.size(); ++i) TakeEstimate(result.estimates[i], result.clouds[i]);
 }
 
 void Slam::TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
   odometry_.push_back({estimate.state.stamp, T_world_odometry_ * estimate.state.T_world_body});
-  if (graph_.WantsKeyframe(estimate.state)) AddKeyframe(estimate, cloud);
+  if (gap_ || graph_.WantsKeyframe(estimate.state)) AddKeyframe(estimate, cloud);
   newest_ = InFrame(T_world_odometry_, estimate);
   PropagateFromNewest();
   if (graph_.keyframes().empty()) return;
@@ -95,9 +97,7 @@ void Slam::PropagateFromNewest() {
 
 void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
   const StageTimes::Scope scope(*times_, "graph");
-  const bool first = graph_.keyframes().empty();
-  const Time from = first ? estimate.state.stamp : graph_.keyframes().back().state.stamp;
-  const Expected<GraphUpdate> update = graph_.Add(estimate, cloud, imu_.Between(from, estimate.state.stamp));
+  const Expected<GraphUpdate> update = AddToGraph(estimate, cloud);
   if (!update) {
     events_.Raise({.stamp = estimate.state.stamp,
                    .severity = Severity::kWarning,
@@ -105,10 +105,19 @@ void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<c
                    .message = "keyframe left out: " + update.error().message});
     return;
   }
+  gap_.reset();
   imu_.TrimBefore(estimate.state.stamp);
   if (TakesFeedback()) {
     T_world_odometry_ = update->newest.T_world_body * estimate.state.T_world_body.inverse();
   }
+}
+
+Expected<GraphUpdate> Slam::AddToGraph(const OdometryEstimate& estimate,
+                                       const std::shared_ptr<const PointCloud>& cloud) {
+  if (graph_.keyframes().empty()) return graph_.Add(estimate, cloud, {});
+  if (gap_) return graph_.AddAfterGap(estimate, cloud, *gap_);
+  const Time from = graph_.keyframes().back().state.stamp;
+  return graph_.Add(estimate, cloud, imu_.Between(from, estimate.state.stamp));
 }
 
 bool Slam::TakesFeedback() const {

@@ -55,7 +55,7 @@ class Slam {
   const Trajectory& odometry() const { return odometry_; }
   // The same instants after smoothing: every sweep moves with its keyframe.
   Trajectory SmoothedTrajectory() const;
-  // The newest state propagated to the newest IMU sample; empty before the start.
+  // The newest state propagated to the newest IMU sample; empty before the start and while track is lost.
   const std::optional<NavState>& current() const { return current_; }
   // The newest filtered estimate with covariance and degeneracy, in the world.
   const std::optional<OdometryEstimate>& newest() const { return newest_; }
@@ -83,6 +83,7 @@ class Slam {
   void TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
   void AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
   bool TakesFeedback() const;
+  Expected<GraphUpdate> AddToGraph(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
   void PropagateFromNewest();
 
   SlamConfig config_;
@@ -96,6 +97,7 @@ class Slam {
   ImuBuffer imu_;
   Time imu_needed_from_;  // start of the next interval to be handed to the odometry
   Pose3 T_world_odometry_;
+  std::optional<Matrix6d> gap_;  // LioResult::gap, until a keyframe stands behind it
   Trajectory odometry_;
   std::vector<Anchored> anchored_;
   std::optional<NavState> current_;

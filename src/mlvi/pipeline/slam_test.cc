@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "mlvi/lio/testing.h"
 
 namespace mlvi {
@@ -12,12 +14,12 @@ namespace {
 constexpr Time kBegin = Time::FromNanoseconds(1'700'000'000'000'000'000);
 constexpr double kPeriod = 0.1;
 
-// Plays the furnished room, seen from a swinging body, to `slam`: sweeps behind the samples that
-// cover them.
-void Play(double seconds, const test::SwingMotion& motion, Slam& slam) {
+// Plays the furnished room from `from` to `to` (s), seen from a swinging body, to `slam`: sweeps
+// before the samples that cover them.
+void Play(double from, double to, const test::SwingMotion& motion, Slam& slam) {
   const Rig rig = test::MakeTestRig();
   const test::BoxWorld world = test::FurnishedRoom();
-  for (int k = 0; (k + 1) * kPeriod <= seconds; ++k) {
+  for (int k = static_cast<int>(std::lround(from / kPeriod)); (k + 1) * kPeriod <= to; ++k) {
     const double t = k * kPeriod;
     slam.Process(test::Scan(world, motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k)));
     for (const ImuSample& sample :
@@ -25,7 +27,6 @@ void Play(double seconds, const test::SwingMotion& motion, Slam& slam) {
       slam.Process(sample);
     }
   }
-  slam.Finish();
 }
 
 // Keyframes so often that several come out of the start, and a LiDAR trusted so little that the
@@ -41,8 +42,10 @@ SlamConfig CorrectingConfig(GraphFeedback feedback) {
 class FeedbackTest : public ::testing::Test {
  protected:
   FeedbackTest() {
-    Play(5.0, {.speed = 1.5}, without_);
-    Play(5.0, {.speed = 1.5}, with_);
+    for (Slam* slam : {&without_, &with_}) {
+      Play(0.0, 5.0, {.speed = 1.5}, *slam);
+      slam->Finish();
+    }
   }
 
   Slam without_{CorrectingConfig(GraphFeedback::kNever), test::MakeTestRig()};
@@ -80,6 +83,32 @@ TEST_F(FeedbackTest, TheNewestStateIsInTheGraphsWorld) {
   EXPECT_LT(BoxMinus(with_.newest()->state.T_world_body, smoothed).norm(), 1e-9);
   EXPECT_GT(BoxMinus(with_.T_world_odometry(), Pose3()).norm(), 1e-5);
   EXPECT_EQ(BoxMinus(without_.T_world_odometry(), Pose3()).norm(), 0.0);
+}
+
+TEST(Slam, ALossLeavesNoStateUntilTheNewStartAndAGapInTheGraph) {
+  Slam slam(CorrectingConfig(GraphFeedback::kAlways), test::MakeTestRig());
+  const test::SwingMotion motion{.speed = 1.5};
+  Play(0.0, 2.5, motion, slam);
+  ASSERT_TRUE(slam.current().has_value());
+  const std::size_t keyframes = slam.graph().keyframes().size();
+  Play(30.0, 30.5, motion, slam);
+  EXPECT_FALSE(slam.current().has_value());
+  EXPECT_EQ(slam.graph().keyframes().size(), keyframes);
+  Play(30.5, 33.0, motion, slam);
+  ASSERT_TRUE(slam.current().has_value());
+  ASSERT_GT(slam.graph().keyframes().size(), keyframes + 3);
+  EXPECT_EQ(slam.supervisor().odometry().resets.size(), 1U);
+  EXPECT_FALSE(slam.supervisor().odometry().lost);
+  // Smoothed over the second part alone: what the truth did since its first keyframe.
+  const Keyframe& first = slam.graph().keyframes()[keyframes];
+  const Keyframe& last = slam.graph().keyframes().back();
+  EXPECT_GT((first.state.stamp - kBegin).seconds(), 30.0);
+  const auto truth = [&](const Keyframe& k) {
+    return motion.At((k.state.stamp - kBegin).seconds());
+  };
+  const Pose3 moved = slam.graph().Estimate(first.id).T_world_body.inverse() *
+                      slam.graph().Estimate(last.id).T_world_body;
+  EXPECT_LT(BoxMinus(moved, truth(first).inverse() * truth(last)).norm(), 0.03);
 }
 
 TEST(Slam, MemoryIsBoundedWhileNoSweepIsOfUse) {

@@ -78,11 +78,7 @@ void Supervisor::ObserveTracking(const LidarSweep& sweep, const LioResult& resul
         pending_sweeps_ + 1 - static_cast<std::int64_t>(result.estimates.size());
   }
   if (!odometry_.initialized) return;
-  if (result.map_restarted) {
-    ++odometry_.resets;
-    events_.Raise({.stamp = sweep.stamp, .severity = Severity::kError, .source = "lio",
-                   .message = "reset: " + result.reason});
-  }
+  ObserveReset(sweep, result);
   if (tracking) {
     const Degeneracy& degeneracy = result.estimates.back().degeneracy;
     if (!result.converged) ++odometry_.sweeps_unconverged;
@@ -93,17 +89,46 @@ void Supervisor::ObserveTracking(const LidarSweep& sweep, const LioResult& resul
       odometry_.mean_weak_translation_axis += degeneracy.translation_axes.col(0).cwiseAbs();
     }
   }
-  failures_in_a_row_ = tracking && result.converged ? 0 : failures_in_a_row_ + 1;
-  if (failures_in_a_row_ == config_.lost_after) {
+  ObserveFailures(sweep, result);
+}
+
+void Supervisor::ObserveReset(const LidarSweep& sweep, const LioResult& result) {
+  if (result.lost) {
+    odometry_.resets.push_back({.lost = sweep.stamp, .resumed = Time(), .reason = result.reason});
     odometry_.lost = true;
-    odometry_.lost_reason = fmt::format(
-        "{} sweeps in a row before {} without a valid registration (last: {} correspondences{}{})", config_.lost_after,
-        ToString(sweep.stamp), result.correspondences, result.reason.empty() ? "" : ", ", result.reason);
+    odometry_.lost_reason = fmt::format("track lost at {}: {}", ToString(sweep.stamp), result.reason);
+    failures_in_a_row_ = 0;
     events_.Raise({.stamp = sweep.stamp, .severity = Severity::kError, .source = "lio",
                    .message = odometry_.lost_reason +
-                              ". Likely wrong extrinsics, a LiDAR that sees too little, or motion beyond the IMU's "
-                              "range; the poses from there on are not to be trusted."});
+                              ". What was estimated before is kept. If the recording was interrupted here, evaluate its parts "
+                              "one by one; else see whether LiDAR and IMU deliver (gaps in the summary), or raise "
+                              "lio.lost_after."});
   }
+  if (odometry_.resets.empty() || odometry_.resets.back().resumed.valid()) return;
+  ResetReport& reset = odometry_.resets.back();
+  ++reset.sweeps_without_pose;
+  if (result.status != LioResult::Status::kTracking) return;
+  reset.resumed = result.estimates.front().state.stamp;
+  reset.sweeps_without_pose -= static_cast<std::int64_t>(result.estimates.size());
+  odometry_.lost = false;
+  odometry_.lost_reason.clear();
+  events_.Raise({.stamp = reset.resumed, .severity = Severity::kInfo, .source = "lio",
+                 .message = fmt::format("track found again at {} ({})", ToString(reset.resumed), result.reason)});
+}
+
+void Supervisor::ObserveFailures(const LidarSweep& sweep, const LioResult& result) {
+  if (result.status == LioResult::Status::kInitializing) return;  // a new start takes its time
+  const bool registered = result.status == LioResult::Status::kTracking && (result.converged || result.gap);
+  failures_in_a_row_ = registered ? 0 : failures_in_a_row_ + 1;
+  if (failures_in_a_row_ != config_.lost_after) return;
+  odometry_.lost = true;
+  odometry_.lost_reason = fmt::format(
+      "{} sweeps in a row before {} without a valid registration (last: {} correspondences{}{})", config_.lost_after,
+      ToString(sweep.stamp), result.correspondences, result.reason.empty() ? "" : ", ", result.reason);
+  events_.Raise({.stamp = sweep.stamp, .severity = Severity::kError, .source = "lio",
+                 .message = odometry_.lost_reason +
+                            ". Likely wrong extrinsics, a LiDAR that sees too little, or motion beyond the IMU's "
+                            "range; the poses from there on are not to be trusted."});
 }
 
 void Supervisor::ObserveGap(const std::string& name, Time previous, Time now, double limit,

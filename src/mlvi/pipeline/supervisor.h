@@ -7,6 +7,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "mlvi/base/config.h"
 #include "mlvi/lio/lio.h"
@@ -34,6 +35,14 @@ struct StreamReport {
   Health health;
 };
 
+// Track was lost and a new start begun.
+struct ResetReport {
+  Time lost;     // start of the sweep at which the odometry gave up
+  Time resumed;  // first estimate after it; invalid if none came
+  std::int64_t sweeps_without_pose = 0;  // of those that arrived after the loss
+  std::string reason;
+};
+
 struct OdometryReport {
   std::int64_t sweeps_degenerate = 0;  // with at least one degenerate direction
   std::int64_t sweeps_unconverged = 0;
@@ -43,7 +52,9 @@ struct OdometryReport {
   bool initialized = false;
   Time first_estimate;
   std::int64_t sweeps_before_start = 0;  // given to the initialisation without coming back as estimates
-  std::int64_t resets = 0;
+  std::vector<ResetReport> resets;
+  // At the end, or since sweeps of bad registration whose poses are in the trajectory. A new start that comes about ends
+  // it.
   bool lost = false;
   std::string lost_reason;
 };
@@ -66,6 +77,8 @@ class Supervisor {
  private:
   void ObserveGap(const std::string& name, Time previous, Time now, double limit, const std::string& remedy);
   void ObserveTracking(const LidarSweep& sweep, const LioResult& result);
+  void ObserveReset(const LidarSweep& sweep, const LioResult& result);
+  void ObserveFailures(const LidarSweep& sweep, const LioResult& result);
 
   SupervisorConfig config_;
   ImuSpec imu_;

@@ -73,14 +73,42 @@ TEST_F(SupervisorTest, LostOnlyAfterManyFailuresInARow) {
   EXPECT_EQ(supervisor_.odometry().sweeps_unconverged, 19);
 }
 
-TEST_F(SupervisorTest, ARestartedMapIsAReset) {
-  supervisor_.Observe(SweepAt(0.0), Tracking(true));
-  LioResult restarted;
-  restarted.status = LioResult::Status::kRejected;
-  restarted.rejection = "not registered";
-  restarted.map_restarted = true;
-  supervisor_.Observe(SweepAt(0.1), restarted);
-  EXPECT_EQ(supervisor_.odometry().resets, 1);
+class ResetTest : public SupervisorTest {
+ protected:
+  ResetTest() {
+    supervisor_.Observe(SweepAt(0.0), Tracking(true));
+    LioResult lost;
+    lost.lost = true;
+    lost.reason = "no registration for 61 s";
+    supervisor_.Observe(SweepAt(61.0), lost);
+    for (int k = 1; k <= 20; ++k) supervisor_.Observe(SweepAt(61.0 + 0.1 * k), LioResult());
+  }
+};
+
+TEST_F(ResetTest, ALossIsReportedWithInstantReasonAndRemedy) {
+  const OdometryReport& report = supervisor_.odometry();
+  EXPECT_TRUE(report.lost);
+  ASSERT_EQ(report.resets.size(), 1U);
+  EXPECT_EQ(report.resets[0].lost, Time::FromSeconds(61.0));
+  EXPECT_FALSE(report.resets[0].resumed.valid());
+  EXPECT_EQ(report.resets[0].sweeps_without_pose, 21);
+  EXPECT_THAT(report.lost_reason, HasSubstr("no registration for 61 s"));
+  EXPECT_THAT(messages_.back(), HasSubstr("lio.lost_after"));
+}
+
+TEST_F(ResetTest, ANewStartEndsIt) {
+  LioResult resumed = Tracking(false);
+  resumed.gap = Matrix6d::Identity();
+  resumed.estimates.resize(12);
+  resumed.estimates.front().state.stamp = Time::FromSeconds(62.0);
+  supervisor_.Observe(SweepAt(63.1), resumed);
+  for (int k = 1; k <= 20; ++k) supervisor_.Observe(SweepAt(63.1 + 0.1 * k), Tracking(true));
+  const OdometryReport& report = supervisor_.odometry();
+  EXPECT_FALSE(report.lost);
+  ASSERT_EQ(report.resets.size(), 1U);
+  EXPECT_EQ(report.resets[0].resumed, Time::FromSeconds(62.0));
+  EXPECT_EQ(report.resets[0].sweeps_without_pose, 10);  // 22 sweeps from the loss on, 12 came back
+  EXPECT_THAT(messages_.back(), HasSubstr("found again"));
 }
 
 TEST_F(SupervisorTest, CountsRejectedSweepsByReason) {
