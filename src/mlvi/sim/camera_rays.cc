@@ -28,10 +28,6 @@ CameraRays::CameraRays(const CameraModel& model)
       pixel.angle = std::sqrt(pixel.dx.cross(pixel.dy).norm());
     }
   });
-  for (const Pixel& pixel : pixels_) {
-    const float smallest = std::min(pixel.dx.norm(), pixel.dy.norm());
-    if (smallest > 0.0F) max_resolution_ = std::max(max_resolution_, 1.0F / smallest);
-  }
 }
 
 Eigen::Vector3f CameraRays::Bearing(int column, int row, float dx, float dy) const {
@@ -42,5 +38,13 @@ Eigen::Vector3f CameraRays::Bearing(int column, int row, float dx, float dy) con
 }
 
 float CameraRays::PixelAngle(int column, int row) const { return At(column, row).angle; }
+
+Eigen::Vector2f CameraRays::ToPixels(int column, int row, const Eigen::Vector3f& change) const {
+  const Pixel& pixel = At(column, row);
+  // Least squares: both derivatives lie across the bearing, but are not quite orthogonal.
+  const float xx = pixel.dx.squaredNorm(), xy = pixel.dx.dot(pixel.dy), yy = pixel.dy.squaredNorm();
+  const float x = pixel.dx.dot(change), y = pixel.dy.dot(change);
+  return Eigen::Vector2f(yy * x - xy * y, xx * y - xy * x) / (xx * yy - xy * xy);
+}
 
 }  // namespace mlvi

@@ -23,8 +23,9 @@ class CameraRays {
   Eigen::Vector3f Bearing(int column, int row, float dx = 0.0F, float dy = 0.0F) const;
   // Angle between neighbouring pixels, rad: the geometric mean of both directions.
   float PixelAngle(int column, int row) const;
-  // The largest focal length, px/rad, over the image: how fast it moves at most when it turns.
-  float max_resolution() const { return max_resolution_; }
+  // How far a point moves in the image, px, whose bearing changes by `change` (small, across it);
+  // where there is a bearing.
+  Eigen::Vector2f ToPixels(int column, int row, const Eigen::Vector3f& change) const;
 
  private:
   struct Pixel {
@@ -40,7 +41,6 @@ class CameraRays {
   int width_;
   int height_;
   std::vector<Pixel> pixels_;
-  float max_resolution_ = 0.0F;
 };
 
 }  // namespace mlvi

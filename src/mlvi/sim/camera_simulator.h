@@ -14,21 +14,20 @@
 
 namespace mlvi {
 
-// Images of a camera on a moving body, ray-traced through its exact lens model. Edges and moving
-// objects are sampled several times within the pixel and the exposure, all pixels so when the image
-// moves by more than about a pixel during it.
+// Images of a camera on a moving body, ray-traced through its exact lens model. Every pixel gets
+// one ray at the middle of the exposure; textures are filtered to the pixel, and along the way that
+// they move during the exposure. Pixels that an edge lies in or sweeps over get 8 or 16 rays,
+// spread over the pixel and the exposure; those that meet the same surface share one computation of
+// its light.
 class CameraSimulator {
  public:
   CameraSimulator(const CameraSpec& spec, const CameraPhysics& physics, RandomStream random);
 
   const CameraSensor& sensor() const { return sensor_; }
 
-  // What a coarse grid over the image sees, for exposure control: luminances after vignetting, and
-  // the distance of near surfaces.
-  struct Metering {
-    std::vector<float> luminances;  // cd/m^2
-    float near = 0.0F;              // m, 10th percentile; 0: nothing but sky
-  };
+  // What a coarse grid over the image sees, for exposure control: luminances after vignetting,
+  // cd/m^2.
+  using Metering = std::vector<float>;
   Metering Meter(const SceneRenderer& renderer, const PoseSpline& motion, Time time) const;
 
   // Exposures of images metered `interval` s apart: towards the target grey value with a lag and
@@ -40,30 +39,35 @@ class CameraSimulator {
   // cover the exposure. The noise depends on `index` alone, not on earlier calls or threads. Stamp
   // and camera number are left to the caller.
   Image Render(const SceneRenderer& renderer, const PoseSpline& motion, Time time,
-               std::uint64_t index, const Exposure& exposure, float near) const;
+               std::uint64_t index, const Exposure& exposure) const;
 
  private:
-  // One of the samples that make a pixel.
-  struct Sample {
-    double time = 0.0;           // share of the exposure, in (-0.5, 0.5)
-    float dx = 0.0F, dy = 0.0F;  // px
-  };
-  struct Shot;  // everything that the rows of one image share
-  static std::vector<Sample> Spread(int count);
-  int SamplesFor(const PoseSpline& motion, Time time, const Exposure& exposure, float near) const;
-  RayLight Look(const Shot& shot, const Sample& sample, std::size_t instant, int column,
-                int row) const;
-  void Trace(const Shot& shot, std::vector<RayLight>& lights) const;
-  void Refine(const Shot& shot, const std::vector<RayLight>& lights, int row,
-              std::vector<Eigen::Vector3f>& line) const;
-  bool IsEdge(const std::vector<RayLight>& lights, int column, int row) const;
-  float Vignette(int column, int row) const;
+  using Sights = std::vector<Sight>;        // by pixel, in rows
+  using Marks = std::vector<std::uint8_t>;  // by pixel: how an edge moves over it, bits
+  struct Shot;                              // everything that the rows of one image share
+  struct Instants;                          // poses of the camera during the exposure of a row
+  Shot MakeShot(const SceneRenderer& renderer, const PoseSpline& motion, Time time,
+                const Exposure& exposure) const;
+  Instants InstantsOf(const Shot& shot, int row) const;
+  void LookAlongRow(const Shot& shot, int row, Sights& sights) const;
+  bool IsEdge(const Sights& sights, int column, int row) const;
+  void MarkEdges(const Shot& shot, int row, const Sights& sights, Marks& marks) const;
+  Eigen::Vector3f Refined(const Shot& shot, const Instants& instants, int column, int row,
+                          std::size_t samples) const;
+  void ShadeRow(const Shot& shot, int row, const Sights& sights, const Marks& marks,
+                std::vector<Eigen::Vector3f>& line) const;
+  void ExposeRow(const std::vector<Eigen::Vector3f>& line, const Exposure& exposure,
+                 RandomStream random, std::uint8_t* out) const;
+  std::size_t IndexOf(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(rays_.width()) +
+           static_cast<std::size_t>(column);
+  }
 
   CameraSpec spec_;
   CameraRays rays_;
   CameraSensor sensor_;
   RandomStream random_;
-  double corner_ = 1.0;  // px, from the principal point to the farthest corner
+  std::vector<float> vignette_;  // by pixel
 };
 
 }  // namespace mlvi

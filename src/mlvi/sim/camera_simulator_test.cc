@@ -189,7 +189,7 @@ TEST_P(EveryLens, EdgesLieWhereTheirPointsProject) {
   const SceneRenderer renderer(world);
   const CameraSimulator camera = Camera(lens, Ideal());
   const Pose3 pose = LookingAhead({0.1, -0.2, 0.15}, {0.05, -0.08, 0.3});
-  const Image image = camera.Render(renderer, Standing(pose), kBegin, 0, {.seconds = 1e-3}, 4.0F);
+  const Image image = camera.Render(renderer, Standing(pose), kBegin, 0, {.seconds = 1e-3});
   const EdgeErrors errors = MeasureEdges(board, image, *lens, pose);
   ASSERT_GT(errors.offsets.size(), 100U);
   RecordProperty("rms_px", std::to_string(errors.rms()));
@@ -212,7 +212,7 @@ TEST(CameraSimulator, SeesBehindItselfThroughAWideLens) {
   const SceneRenderer renderer(world);
   const Pose3 pose = LookingAhead({0, 0, 0});
   const Image image =
-      Camera(lens, Ideal()).Render(renderer, Standing(pose), kBegin, 0, {.seconds = 1e-3}, 4.0F);
+      Camera(lens, Ideal()).Render(renderer, Standing(pose), kBegin, 0, {.seconds = 1e-3});
   const Eigen::Vector3d box_in_camera = pose.inverse() * Eigen::Vector3d(-1.5, 4.0, 0.0);
   ASSERT_LT(box_in_camera.z(), 0.0);
   const Eigen::Vector2d pixel = lens->Project(box_in_camera).value();
@@ -276,8 +276,8 @@ TEST(CameraSimulator, FlowOfStaticPointsFollowsTheTruth) {
   const CameraSimulator camera = Camera(lens, Ideal());
   const Pose3 first = LookingAhead({0, 0, 0}),
               second = LookingAhead({0.02, 0.013, 0.008}, {0.004, -0.006, 0.002});
-  const Image one = camera.Render(renderer, Standing(first), kBegin, 0, {.seconds = 1e-3}, 2.0F);
-  const Image two = camera.Render(renderer, Standing(second), kBegin, 1, {.seconds = 1e-3}, 2.0F);
+  const Image one = camera.Render(renderer, Standing(first), kBegin, 0, {.seconds = 1e-3});
+  const Image two = camera.Render(renderer, Standing(second), kBegin, 1, {.seconds = 1e-3});
   std::vector<double> errors;
   for (int row = 40; row < 500; row += 20) {
     for (int column = 40; column < 680; column += 20) {
@@ -308,9 +308,8 @@ TEST(CameraSimulator, LidarPointsLieOnTheSameEdges) {
   const SceneRenderer renderer(world);
   const auto& lens = Lenses()[0];
   const Pose3 T_world_camera = LookingAhead({0, 0, 0});
-  const Image image =
-      Camera(lens, Ideal())
-          .Render(renderer, Standing(T_world_camera), kBegin, 0, {.seconds = 1e-3}, 4.0F);
+  const Image image = Camera(lens, Ideal())
+                          .Render(renderer, Standing(T_world_camera), kBegin, 0, {.seconds = 1e-3});
   LidarPattern pattern = MakeLidarPattern("OS0-128").value();
   pattern.physics.beam_noise = pattern.physics.range_noise = 0.0;
   // The LiDAR at the camera's centre, upright.
@@ -354,7 +353,7 @@ TEST(CameraSimulator, NoiseIsShotAndReadNoise) {
   // Noise of more than half a grey value, so that rounding adds its 1/12 to the variance.
   for (const Exposure exposure :
        {Exposure{2e-3, 1.0}, Exposure{4e-3, 1.0}, Exposure{1e-3, 4.0}, Exposure{1e-4, 12.0}}) {
-    const Image image = camera.Render(renderer, Standing(Pose3()), kBegin, 0, exposure, 5.0F);
+    const Image image = camera.Render(renderer, Standing(Pose3()), kBegin, 0, exposure);
     const double electrons = 500.0 / std::numbers::pi * physics.lens_gain *
                              physics.electrons_per_lux_second * exposure.seconds;
     const double per_electron = 255.0 * exposure.gain / physics.full_well;
@@ -385,7 +384,7 @@ TEST(CameraSimulator, SameBitsAtAnyNumberOfThreadsAndInAnyOrder) {
       images[i] = camera
                       .Render(renderer, motion,
                               kBegin + Duration::FromMilliseconds(20 * static_cast<int>(i)), i,
-                              {.seconds = 8e-3}, 2.0F)
+                              {.seconds = 8e-3})
                       .pixels;
     return images;
   };
@@ -409,7 +408,7 @@ TEST(CameraSimulator, MotionBlurIsAsLongAsTheWay) {
   CameraPhysics physics = Ideal();
   physics.full_well *= seconds / 1e-3;
   const Image image =
-      Camera(lens, physics).Render(renderer, motion, kBegin, 0, {.seconds = seconds}, 4.0F);
+      Camera(lens, physics).Render(renderer, motion, kBegin, 0, {.seconds = seconds});
   // White on the left. The ramp's length is its area over the step where it is straight.
   const double way = rate * seconds * 353.8, x = 354.96, y = 262.0;
   const auto share = [&](double at) { return (GreyAt(image, at, y) - 31.25) / (250.0 - 31.25); };
@@ -418,6 +417,90 @@ TEST(CameraSimulator, MotionBlurIsAsLongAsTheWay) {
   EXPECT_NEAR(share(x + 0.25 * way), 0.25, 0.08);
   EXPECT_NEAR(share(x - 0.5 * way - 1.5), 1.0, 0.02);
   EXPECT_NEAR(share(x + 0.5 * way + 1.5), 0.0, 0.02);
+}
+
+// A white square that flies across at 4 m by `velocity` m/s (along -y: to the right in images).
+World FlyingSquare(double velocity) {
+  MeshBuilder wall, square;
+  wall.AddQuad({6, -30, -30}, {6, 30, -30}, {6, 30, 30}, {6, -30, 30},
+               wall.AddMaterial(Plain("black", 0.1F)));
+  Material white = Plain("white", 0.8F);
+  white.reflectivity = 0.9;
+  square.AddQuad({0, -0.5, -0.5}, {0, 0.5, -0.5}, {0, 0.5, 0.5}, {0, -0.5, 0.5},
+                 square.AddMaterial(white));
+  World world(std::move(wall).Finish(), EvenLight(),
+              {{.name = "square",
+                .parts = {std::move(square).Finish()},
+                .poses = [velocity](double seconds, std::span<Pose3> T_world_part) {
+                  T_world_part[0] = Pose3(Eigen::Quaterniond::Identity(),
+                                          Eigen::Vector3d(4.0, 0.6 - velocity * seconds, 0.2));
+                }}});
+  world.StartClock(kBegin);
+  return world;
+}
+
+TEST(CameraSimulator, MovingObjectsAreSeenWhereTheyAre) {
+  constexpr double kVelocity = 3.0;
+  const World world = FlyingSquare(kVelocity);
+  const SceneRenderer renderer(world);
+  const auto& lens = Lenses()[0];
+  const Pose3 pose = LookingAhead({0, 0, 0});
+  CameraPhysics physics = Ideal();
+  physics.electrons_per_lux_second *= 100.0;  // an exposure of 10 us: no blur
+  for (const double seconds : {0.0, 0.2, 0.4}) {
+    const Image image = Camera(lens, physics)
+                            .Render(renderer, Standing(pose),
+                                    kBegin + Duration::FromSeconds(seconds), 0, {.seconds = 1e-5});
+    const Eigen::Vector3d centre(4.0, 0.6 - kVelocity * seconds, 0.2);
+    const auto corner = [&](double y, double z) -> Eigen::Vector3d {
+      return centre + Eigen::Vector3d(0.0, y, z);
+    };
+    const Board board{.edges = {{corner(-0.5, -0.5), corner(-0.5, 0.5), centre},
+                                {corner(0.5, -0.5), corner(0.5, 0.5), centre},
+                                {corner(-0.5, 0.5), corner(0.5, 0.5), centre}}};
+    const EdgeErrors errors = MeasureEdges(board, image, *lens, pose);
+    ASSERT_EQ(errors.offsets.size(), 15U);
+    EXPECT_LT(errors.worst(), 0.3) << seconds;
+  }
+  // The LiDAR meets it at each firing's own time.
+  LidarPattern pattern = MakeLidarPattern("OS0-128").value();
+  pattern.physics.beam_noise = pattern.physics.range_noise = 0.0;
+  const LidarSimulator lidar(pattern, pose.inverse(), RandomStream(1, "lidar"));
+  const LidarSweep sweep = lidar.Sweep(world, Standing(pose), kBegin, 0);
+  int on_it = 0;
+  for (const LidarPoint& point : sweep.points) {
+    if (point.position.x() < 3.9F || point.position.x() > 4.1F) continue;
+    const double y = 0.6 - kVelocity * 1e-9 * point.offset_ns;
+    EXPECT_LE(std::abs(point.position.y() - y), 0.5 + 0.02);  // a beam is 3 mm wide there
+    ++on_it;
+  }
+  EXPECT_GT(on_it, 500);
+}
+
+// The camera stands still: only what moves is blurred.
+TEST(CameraSimulator, MovingObjectsBlurAlongTheirWay) {
+  constexpr double kVelocity = 8.0, kSeconds = 10e-3;  // 7 px
+  const World world = FlyingSquare(kVelocity);
+  const SceneRenderer renderer(world);
+  const auto& lens = Lenses()[0];
+  CameraPhysics physics = Ideal();
+  physics.full_well *= kSeconds / 1e-3;
+  const Pose3 pose = LookingAhead({0, 0, 0});
+  const Image image =
+      Camera(lens, physics).Render(renderer, Standing(pose), kBegin, 0, {.seconds = kSeconds});
+  const auto share = [&](double y) {
+    const auto pixel = lens->Project(pose.inverse() * Eigen::Vector3d(4.0, y, 0.2));
+    return (GreyAt(image, pixel->x(), pixel->y()) - 31.25) / (250.0 - 31.25);
+  };
+  const double way = kVelocity * kSeconds;  // m
+  for (const double side : {-1.0, 1.0}) {   // the edge ahead and the one behind
+    const double edge = 0.6 + 0.5 * side;
+    EXPECT_NEAR(share(edge), 0.5, 0.1);
+    EXPECT_NEAR(share(edge - 0.25 * side * way), 0.75, 0.1);
+    EXPECT_NEAR(share(edge + 0.25 * side * way), 0.25, 0.1);
+    EXPECT_NEAR(share(edge - side * (0.5 * way + 0.02)), 1.0, 0.02);
+    EXPECT_NEAR(share(edge + side * (0.5 * way + 0.02)), 0.0, 0.02);
+  }
 }
 
 TEST(CameraSimulator, RollingShutterSlantsWhatPassesBy) {
@@ -430,8 +513,7 @@ TEST(CameraSimulator, RollingShutterSlantsWhatPassesBy) {
   physics.electrons_per_lux_second *= 100.0;  // an exposure of 10 us: no blur
   const Eigen::Vector3d rate(0.0, 0.8, 0.0);
   const PoseSpline motion = Moving(LookingAhead({0, 0, 0}), rate, Eigen::Vector3d::Zero());
-  const Image image =
-      Camera(lens, physics).Render(renderer, motion, kBegin, 0, {.seconds = 1e-5}, 4.0F);
+  const Image image = Camera(lens, physics).Render(renderer, motion, kBegin, 0, {.seconds = 1e-5});
   // Each edge point at the pose of its own row, against the pose of the first one.
   double rolling = 0.0, global = 0.0;
   int count = 0;
@@ -495,7 +577,11 @@ TEST(CameraSimulator, ShadowsLieWhereTheSunThrowsThem) {
   const auto moment = renderer.At(kBegin, Eigen::Vector3d::Zero());
   const auto luminance = [&](double x, double y) {
     const Eigen::Vector3d from(3.0, -8.0, 2.0), to(x, y, 0.0);
-    return renderer.Trace(moment, from, (to - from).normalized(), 1e-3).luminance.mean();
+    return renderer
+        .Trace(moment, {.origin = from,
+                        .direction = (to - from).normalized().cast<float>(),
+                        .pixel_angle = 1e-3F})
+        .luminance.mean();
   };
   // The roof's shadow lies 3 m down the sun's ray: at (-1.5, -0.75).
   EXPECT_LT(luminance(-1.5, -0.75), 0.3 * luminance(1.5, 1.5));

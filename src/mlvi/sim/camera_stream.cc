@@ -33,11 +33,11 @@ CameraStream::CameraStream(const CameraSpec& spec, int camera, double rate_hz,
              physics.max_exposure);
   std::size_t count = 0;
   while (TimeOf(count) + readout + kMargin <= end) ++count;
-  meterings_.resize(count);
+  std::vector<CameraSimulator::Metering> meterings(count);
   ParallelFor(count, 4, [&](std::size_t i) {
-    meterings_[i] = simulator_.Meter(*renderer_, *motion_, TimeOf(i));
+    meterings[i] = simulator_.Meter(*renderer_, *motion_, TimeOf(i));
   });
-  exposures_ = simulator_.ControlExposure(meterings_, 1.0 / rate_hz);
+  exposures_ = simulator_.ControlExposure(meterings, 1.0 / rate_hz);
 }
 
 Time CameraStream::TimeOf(std::size_t index) const {
@@ -51,8 +51,7 @@ void CameraStream::MultiplyGain(Time from, Time to, double factor) {
 }
 
 Image CameraStream::Take(std::size_t index) const {
-  Image image = simulator_.Render(*renderer_, *motion_, TimeOf(index), index, exposures_[index],
-                                  meterings_[index].near);
+  Image image = simulator_.Render(*renderer_, *motion_, TimeOf(index), index, exposures_[index]);
   image.stamp = TimeOf(index);
   image.camera = camera_;
   return image;

@@ -35,7 +35,6 @@ class CameraStream {
   const PoseSpline* motion_;
   Time first_;
   double rate_hz_;
-  std::vector<CameraSimulator::Metering> meterings_;
   std::vector<Exposure> exposures_;
 };
 

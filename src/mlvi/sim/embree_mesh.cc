@@ -3,6 +3,8 @@
 #include "mlvi/sim/embree_mesh.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 
 #include "mlvi/base/error.h"
 
@@ -25,6 +27,22 @@ RTCRay RayOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, do
   ray.tfar = static_cast<float>(max_range);
   ray.mask = 0xffffffffU;
   return ray;
+}
+
+void SetRays(const RayPacket& packet, RTCRay8& rays, int* valid) {
+  std::ranges::copy(packet.x, rays.org_x);
+  std::ranges::copy(packet.y, rays.org_y);
+  std::ranges::copy(packet.z, rays.org_z);
+  std::ranges::copy(packet.dx, rays.dir_x);
+  std::ranges::copy(packet.dy, rays.dir_y);
+  std::ranges::copy(packet.dz, rays.dir_z);
+  std::ranges::copy(packet.limit, rays.tfar);
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    rays.tnear[i] = rays.time[i] = 0.0F;
+    rays.mask[i] = 0xffffffffU;
+    rays.flags[i] = 0;
+    valid[i] = packet.IsActive(i) ? -1 : 0;
+  }
 }
 
 }  // namespace
@@ -89,7 +107,7 @@ std::optional<MeshHit> EmbreeMesh::Cast(const Eigen::Vector3d& origin,
   RTCRayHit query{};
   query.ray = RayOf(origin, direction, max_range);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  IntersectRay(all_, query);
+  Intersect(all_, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return MeshHit{.range = query.ray.tfar,
                  .normal = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z},
@@ -101,8 +119,61 @@ std::optional<MeshHit> EmbreeMesh::Cast(const Eigen::Vector3d& origin,
 bool EmbreeMesh::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                           double max_range) const {
   RTCRay ray = RayOf(origin, direction, max_range);
-  IsOccluded(opaque_, ray);
+  internal::Occluded(opaque_, ray);
   return ray.tfar < 0.0F;
+}
+
+void EmbreeMesh::Cast(const RayPacket& rays, PacketHits& hits) const {
+  const auto face = [&](int i, const Eigen::Vector3f& geometric) -> Eigen::Vector3f {
+    const Eigen::Vector3f normal = geometric.normalized();
+    return normal.dot(rays.Direction(i)) > 0.0F ? Eigen::Vector3f(-normal) : normal;
+  };
+  if (std::has_single_bit(rays.active)) {
+    const int i = std::countr_zero(rays.active);
+    const auto lane = static_cast<std::size_t>(i);
+    const auto hit =
+        Cast(rays.Origin(i).cast<double>(), rays.Direction(i).cast<double>(), rays.limit[lane]);
+    if (!hit) return;
+    hits[lane] = {.range = hit->range,
+                  .normal = face(i, hit->normal),
+                  .triangle = hit->triangle,
+                  .barycentric = {hit->u, hit->v}};
+    return;
+  }
+  RTCRayHit8 query;
+  alignas(32) std::array<int, RayPacket::kSize> valid;
+  SetRays(rays, query.ray, valid.data());
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  Intersect(all_, valid.data(), query);
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    if (!rays.IsActive(i) || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    PacketHit& hit = hits[static_cast<std::size_t>(i)];
+    hit.range = query.ray.tfar[i];
+    hit.normal = face(i, {query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]});
+    hit.triangle = triangles_[query.hit.geomID[i]][query.hit.primID[i]];
+    hit.barycentric = {query.hit.u[i], query.hit.v[i]};
+  }
+}
+
+unsigned EmbreeMesh::Occluded(const RayPacket& rays) const {
+  if (std::has_single_bit(rays.active)) {
+    const int i = std::countr_zero(rays.active);
+    const bool occluded = Occluded(rays.Origin(i).cast<double>(), rays.Direction(i).cast<double>(),
+                                   rays.limit[static_cast<std::size_t>(i)]);
+    return occluded ? rays.active : 0U;
+  }
+  RTCRay8 query;
+  alignas(32) std::array<int, RayPacket::kSize> valid;
+  SetRays(rays, query, valid.data());
+  internal::Occluded(opaque_, valid.data(), query);
+  unsigned occluded = 0;
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    if (rays.IsActive(i) && query.tfar[i] < 0.0F) occluded |= 1U << i;
+  }
+  return occluded;
 }
 
 }  // namespace mlvi::internal

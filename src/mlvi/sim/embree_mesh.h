@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mlvi/sim/embree.h"
+#include "mlvi/sim/ray_packet.h"
 #include "mlvi/sim/world.h"
 
 namespace mlvi::internal {
@@ -46,6 +47,11 @@ class EmbreeMesh {
   // Whether a triangle that lets no light through lies within.
   bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                 double max_range) const;
+
+  // The same for packets. Cast leaves `hits` of rays that meet nothing or are not active as they
+  // are; Occluded returns the bits of those rays that something lies on.
+  void Cast(const RayPacket& rays, PacketHits& hits) const;
+  unsigned Occluded(const RayPacket& rays) const;
 
  private:
   void Attach(const EmbreeDevice& device, const TriangleMesh& mesh,

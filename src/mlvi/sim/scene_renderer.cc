@@ -62,14 +62,44 @@ double Mirrored(const Material& material, double cosine) {
   return material.mirror + (1.0 - material.mirror) * x * x * x * x * x;
 }
 
-std::uint32_t SurfaceCode(const SurfaceHit& hit, const TriangleMesh& mesh, bool sunlit) {
-  const auto material = static_cast<std::uint32_t>(hit.material - mesh.materials.data());
+std::uint32_t SurfaceCode(const PacketHit& hit, std::uint16_t material, bool sunlit) {
   const auto object = static_cast<std::uint32_t>(hit.object + 1);
-  return (material << 1 | (sunlit ? 1U : 0U)) + (object << 14) +
+  return (std::uint32_t{material} << 1 | (sunlit ? 1U : 0U)) + (object << 14) +
          (static_cast<std::uint32_t>(hit.part) << 26) + 1;
 }
 
+// Trilinear filtering costs twice as much as bilinear: only half of the way from one level of a
+// pyramid to the next blends them.
+float BlendLess(float lod) {
+  const float level = std::floor(lod);
+  return level + std::clamp(2.0F * (lod - level) - 0.5F, 0.0F, 1.0F);
+}
+
+// The half axes of an ellipse in the plane across `normal`: its covariance is that of the given
+// one, (stretch, width across), and of `smear` together.
+void AddSmear(const Eigen::Vector3f& normal, const Eigen::Vector3f& smear, Eigen::Vector3f& stretch,
+              float& width) {
+  const float length = stretch.norm();
+  const Eigen::Vector3f u =
+      length > 1e-6F ? Eigen::Vector3f(stretch / length) : Eigen::Vector3f(smear.normalized());
+  const Eigen::Vector3f v = normal.cross(u);
+  const float along = std::max(length, width), su = smear.dot(u), sv = smear.dot(v);
+  const float a = along * along + su * su, b = su * sv, c = width * width + sv * sv;
+  const float middle = 0.5F * (a + c), swing = std::hypot(0.5F * (a - c), b);
+  const float angle = 0.5F * std::atan2(2.0F * b, a - c);
+  stretch = std::sqrt(middle + swing) * (std::cos(angle) * u + std::sin(angle) * v);
+  width = std::sqrt(std::max(middle - swing, 1e-12F));
+}
+
 }  // namespace
+
+bool SameSurface(const Sight& a, const Sight& b) {
+  if (a.surface != b.surface) return false;
+  if (a.hit.range == 0.0F) return true;
+  if (a.hit.normal.dot(b.hit.normal) < 0.97F) return false;
+  // The same on a plane, at any grazing angle.
+  return std::abs(a.plane - b.plane) < 0.01F + 0.01F * std::min(a.hit.range, b.hit.range);
+}
 
 SceneRenderer::SceneRenderer(const World& world) : world_(&world), patches_(DrawPatches()) {
   TextureStore store;
@@ -117,86 +147,211 @@ SceneRenderer::Moment SceneRenderer::At(Time time, const Eigen::Vector3d& carrie
   return moment;
 }
 
-RayLight SceneRenderer::Trace(const Moment& moment, const Eigen::Vector3d& origin,
-                              const Eigen::Vector3d& direction, double pixel_angle) const {
-  return Follow(moment, origin, direction, pixel_angle, 0.0, 0);
+SceneRenderer::Moment SceneRenderer::At(Time time, const Eigen::Vector3d& carried_lamp,
+                                        const Moment& like) const {
+  return {.snapshot = world_->At(time),
+          .lamp_level = like.lamp_level,
+          .carried_lamp = carried_lamp,
+          .sky_shares = like.sky_shares};
 }
 
-RayLight SceneRenderer::Follow(const Moment& moment, const Eigen::Vector3d& origin,
-                               const Eigen::Vector3d& direction, double pixel_angle,
-                               double travelled, int depth) const {
-  RayLight result;
-  const auto hit = moment.snapshot.Cast(origin, direction, kFar);
-  if (!hit) {
-    const auto sky = static_cast<float>(SkyAndSunLuminance(world_->lighting(), direction));
-    const float blue = direction.z() > 0.0 ? 0.15F : 0.0F;
-    result.luminance = {(1.0F - blue) * sky, sky, (1.0F + blue) * sky};
-    return result;
-  }
-  const Eigen::Vector3d point = origin + hit->range * direction;
-  const double cosine = -hit->normal.dot(direction), way = travelled + hit->range;
-  const Material& material = *hit->material;
-  bool sunlit = false;
-  const float illuminance = Illuminance(moment, *hit, point, sunlit);
-  const Spot spot = SpotOf(moment, *hit, direction, way * pixel_angle);
-  result.luminance = illuminance / kPi * Albedo(spot) +
-                     Eigen::Vector3f::Constant(static_cast<float>(material.emission));
-  result.range = static_cast<float>(hit->range);
-  result.normal = hit->normal.cast<float>();
-  result.plane = static_cast<float>(hit->range * cosine);
-  result.surface = SurfaceCode(*hit, *spot.mesh, sunlit);
-  const bool smooth = material.mirror > 0.0 || material.transmission > 0.0;
-  if (!smooth || depth + 1 >= kMaxDepth) return result;
+SceneRenderer::ExposureMotion SceneRenderer::MakeExposureMotion(
+    const std::array<const Moment*, 3>& moments, const std::array<Pose3, 3>& T_world_camera) {
+  ExposureMotion motion{.begin = moments[0],
+                        .middle = moments[1],
+                        .end = moments[2],
+                        .T_begin_world = T_world_camera[0].inverse(),
+                        .T_end_world = T_world_camera[2].inverse(),
+                        .position = T_world_camera[1].translation(),
+                        .R_world_camera = T_world_camera[1].R().cast<float>()};
+  const Eigen::Matrix3d R = T_world_camera[1].R();
+  motion.turn = (R * (motion.T_end_world.R() - motion.T_begin_world.R())).cast<float>();
+  motion.shift =
+      (R * (motion.T_end_world * motion.position - motion.T_begin_world * motion.position))
+          .cast<float>();
+  motion.turn_norm = motion.turn.norm();
+  motion.shift_norm = motion.shift.norm();
+  return motion;
+}
 
+Eigen::Vector3f SceneRenderer::Displacement(const ExposureMotion& motion, const PacketHit& hit,
+                                            const Eigen::Vector3f& y) const {
+  if (hit.range == 0.0F) return motion.turn * y;
+  if (hit.object < 0) return motion.turn * y + motion.shift;
+  const Eigen::Vector3d point = motion.position + y.cast<double>();
+  const auto pose = [&](const Moment* moment) -> const Pose3& {
+    return moment->snapshot.PoseOf(hit.object, hit.part);
+  };
+  const Eigen::Vector3d in_part = pose(motion.middle).inverse() * point;
+  const Eigen::Vector3d moved = motion.T_end_world * (pose(motion.end) * in_part) -
+                                motion.T_begin_world * (pose(motion.begin) * in_part);
+  return motion.R_world_camera * moved.cast<float>();
+}
+
+std::array<Sight, RayPacket::kSize> SceneRenderer::Look(const RayPacket& rays,
+                                                        const Moments& moments) const {
+  WorldSnapshot::PerRay snapshots;
+  for (std::size_t i = 0; i < moments.size(); ++i) snapshots[i] = &moments[i]->snapshot;
+  const PacketHits hits = WorldSnapshot::Cast(rays, snapshots);
+  const Lighting& light = world_->lighting();
+  const Eigen::Vector3f sun = light.sun_direction.cast<float>();
+  RayPacket to_sun;
+  for (int i = 0; i < RayPacket::kSize && light.sun_illuminance > 0.0; ++i) {
+    const PacketHit& hit = hits[static_cast<std::size_t>(i)];
+    if (hit.range == 0.0F || hit.normal.dot(sun) <= 0.0F) continue;
+    to_sun.Set(i,
+               rays.Origin(i) + hit.range * rays.Direction(i) +
+                   static_cast<float>(kOffTheWall) * hit.normal,
+               sun, static_cast<float>(kFar));
+  }
+  const unsigned sunlit =
+      to_sun.active == 0 ? 0 : to_sun.active & ~WorldSnapshot::Occluded(to_sun, snapshots);
+  std::array<Sight, RayPacket::kSize> sights;
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    const PacketHit& hit = hits[static_cast<std::size_t>(i)];
+    if (hit.range == 0.0F) continue;
+    const bool lit = (sunlit >> i & 1U) != 0;
+    sights[static_cast<std::size_t>(i)] = {
+        .hit = hit,
+        .plane = -hit.range * hit.normal.dot(rays.Direction(i)),
+        .surface = SurfaceCode(hit, MeshOf(hit).triangle_materials[hit.triangle], lit),
+        .sunlit = lit};
+  }
+  return sights;
+}
+
+Sight SceneRenderer::LookAlong(const Moment& moment, const Eigen::Vector3d& origin,
+                               const Eigen::Vector3f& direction) const {
+  RayPacket ray;
+  ray.Set(0, origin.cast<float>(), direction, static_cast<float>(kFar));
+  Moments moments;
+  moments.fill(&moment);
+  return Look(ray, moments).front();
+}
+
+SceneRenderer::RayLight SceneRenderer::Trace(const Moment& moment, const View& view) const {
+  const Sight sight = LookAlong(moment, view.origin, view.direction);
+  return {.luminance = Shade(moment, view, sight), .range = sight.hit.range};
+}
+
+Eigen::Vector3f SceneRenderer::Shade(const Moment& moment, const View& view,
+                                     const Sight& sight) const {
+  return Shade(moment, view, sight, 0.0F, 0);
+}
+
+Eigen::Vector3f SceneRenderer::Shade(const Moment& moment, const View& view, const Sight& sight,
+                                     float travelled, int depth) const {
+  if (sight.hit.range == 0.0F) {
+    const auto sky =
+        static_cast<float>(SkyAndSunLuminance(world_->lighting(), view.direction.cast<double>()));
+    const float blue = view.direction.z() > 0.0F ? 0.15F : 0.0F;
+    return {(1.0F - blue) * sky, sky, (1.0F + blue) * sky};
+  }
+  const float way = travelled + sight.hit.range;
+  const Spot spot = SpotOf(moment, view, sight, way);
+  const Material& material = *spot.material;
+  const Eigen::Vector3f luminance =
+      Illuminance(moment, view, sight) / kPi * Albedo(spot) +
+      Eigen::Vector3f::Constant(static_cast<float>(material.emission));
+  const bool smooth = material.mirror > 0.0 || material.transmission > 0.0;
+  if (!smooth || depth + 1 >= kMaxDepth) return luminance;
+  return Onward(moment, view, sight, way, depth, luminance);
+}
+
+// What a mirror or a pane scatters itself, and what it shows.
+Eigen::Vector3f SceneRenderer::Onward(const Moment& moment, const View& view, const Sight& sight,
+                                      float way, int depth,
+                                      const Eigen::Vector3f& scattered) const {
+  const Material& material = MaterialOf(sight.hit);
+  const Eigen::Vector3f& normal = sight.hit.normal;
+  const float cosine = -normal.dot(view.direction);
   const double mirrored = Mirrored(material, cosine);
   const double passed = material.transmission * (1.0 - mirrored) / (1.0 - material.mirror);
-  result.luminance *= static_cast<float>(1.0 - mirrored - passed);
-  const auto add = [&](double share, const Eigen::Vector3d& onward, double side) {
+  const Eigen::Vector3d point =
+      view.origin + static_cast<double>(sight.hit.range) * view.direction.cast<double>();
+  Eigen::Vector3f luminance = static_cast<float>(1.0 - mirrored - passed) * scattered;
+  const auto add = [&](double share, const Eigen::Vector3f& direction, double side,
+                       const ExposureMotion* motion) {
     if (share < 0.01) return;
-    const Eigen::Vector3d from = point + side * kOffTheWall * hit->normal;
-    result.luminance += static_cast<float>(share) *
-                        Follow(moment, from, onward, pixel_angle, way, depth + 1).luminance;
+    const View onward{.origin = point + side * kOffTheWall * normal.cast<double>(),
+                      .direction = direction,
+                      .pixel_angle = view.pixel_angle,
+                      .motion = motion,
+                      .share = view.share};
+    const Sight next = LookAlong(moment, onward.origin, direction);
+    luminance += static_cast<float>(share) * Shade(moment, onward, next, way, depth + 1);
   };
-  add(mirrored, direction + 2.0 * cosine * hit->normal, 1.0);
-  add(passed, direction, -1.0);
-  return result;
+  // Mirror images move in ways of their own; they stay sharp.
+  add(mirrored, view.direction + 2.0F * cosine * normal, 1.0, nullptr);
+  add(passed, view.direction, -1.0, view.motion);
+  return luminance;
 }
 
-const std::vector<SceneRenderer::Surface>& SceneRenderer::SurfacesOf(const SurfaceHit& hit) const {
+const TriangleMesh& SceneRenderer::MeshOf(const PacketHit& hit) const {
+  if (hit.object < 0) return world_->mesh();
+  return world_->movers()[static_cast<std::size_t>(hit.object)]
+      .parts[static_cast<std::size_t>(hit.part)];
+}
+
+const Material& SceneRenderer::MaterialOf(const PacketHit& hit) const {
+  const TriangleMesh& mesh = MeshOf(hit);
+  return mesh.materials[mesh.triangle_materials[hit.triangle]];
+}
+
+const std::vector<SceneRenderer::Surface>& SceneRenderer::SurfacesOf(const PacketHit& hit) const {
   if (hit.object < 0) return surfaces_.front();
   return surfaces_[first_parts_[static_cast<std::size_t>(hit.object)] +
                    static_cast<std::size_t>(hit.part)];
 }
 
-SceneRenderer::Spot SceneRenderer::SpotOf(const Moment& moment, const SurfaceHit& hit,
-                                          const Eigen::Vector3d& direction, double width) const {
-  const bool moves = hit.object >= 0;
-  const TriangleMesh& mesh = moves ? world_->movers()[static_cast<std::size_t>(hit.object)]
-                                         .parts[static_cast<std::size_t>(hit.part)]
-                                   : world_->mesh();
+// The way, m in axes of the world, that the surface takes through the view during the exposure,
+// along the surface; zero where that is less than a third of a pixel.
+Eigen::Vector3f SceneRenderer::Smear(const View& view, const Sight& sight) const {
+  const Eigen::Vector3f y =
+      (view.origin - view.motion->position).cast<float>() + sight.hit.range * view.direction;
+  const float pixel = view.pixel_angle * y.norm();
+  const ExposureMotion& motion = *view.motion;
+  const bool moves = sight.hit.object >= 0;
+  if (!moves && motion.turn_norm * y.norm() + motion.shift_norm < 0.3F * pixel)
+    return Eigen::Vector3f::Zero();
+  const Eigen::Vector3f moved = view.share * Displacement(motion, sight.hit, y);
+  const Eigen::Vector3f across = moved - moved.dot(view.direction) * view.direction;
+  if (across.squaredNorm() < 0.1F * pixel * pixel) return Eigen::Vector3f::Zero();
+  const float cosine = std::max(0.02F, -sight.hit.normal.dot(view.direction));
+  // Along the ray onto the tangent plane.
+  return across + across.dot(sight.hit.normal) / cosine * view.direction;
+}
+
+SceneRenderer::Spot SceneRenderer::SpotOf(const Moment& moment, const View& view,
+                                          const Sight& sight, float way) const {
+  const PacketHit& hit = sight.hit;
+  const TriangleMesh& mesh = MeshOf(hit);
+  const std::uint16_t material = mesh.triangle_materials[hit.triangle];
   const auto& t = mesh.triangles[hit.triangle];
   const Eigen::Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]],
                         &c = mesh.vertices[t[2]];
   Spot spot{.mesh = &mesh,
-            .material = hit.material,
+            .material = &mesh.materials[material],
+            .texture = SurfacesOf(hit)[material].texture.get(),
             .triangle = hit.triangle,
             .barycentric = hit.barycentric,
             .point = a + hit.barycentric.x() * (b - a) + hit.barycentric.y() * (c - a),
-            .normal = hit.normal.cast<float>(),
-            .width = static_cast<float>(width)};
-  spot.texture =
-      SurfacesOf(hit)[static_cast<std::size_t>(hit.material - mesh.materials.data())].texture.get();
-  Eigen::Vector3f looking = direction.cast<float>();
-  if (moves) {
+            .normal = hit.normal,
+            .width = way * view.pixel_angle};
+  const float cosine = std::max(0.02F, -hit.normal.dot(view.direction));
+  const Eigen::Vector3f along = view.direction + cosine * hit.normal;
+  const float length = along.norm();
+  if (length > 1e-3F) spot.stretch = (spot.width / cosine / length) * along;
+  if (view.motion != nullptr) {
+    const Eigen::Vector3f smear = Smear(view, sight);
+    if (!smear.isZero()) AddSmear(hit.normal, smear, spot.stretch, spot.width);
+  }
+  if (hit.object >= 0) {
     const Eigen::Quaternionf R_part_world =
         moment.snapshot.PoseOf(hit.object, hit.part).rotation().conjugate().cast<float>();
     spot.normal = R_part_world * spot.normal;
-    looking = R_part_world * looking;
+    spot.stretch = R_part_world * spot.stretch;
   }
-  const float cosine = std::max(0.02F, -spot.normal.dot(looking));
-  const Eigen::Vector3f along = looking + cosine * spot.normal;
-  const float length = along.norm();
-  if (length > 1e-3F) spot.stretch = (spot.width / cosine / length) * along;
   return spot;
 }
 
@@ -225,8 +380,10 @@ Eigen::Vector3f SceneRenderer::Albedo(const Spot& spot) const {
   }
   // Along each axis of the mesh's frame: u, v and the signs that keep v down.
   constexpr std::array<std::array<int, 2>, 3> kAxes = {{{1, 2}, {0, 2}, {0, 1}}};
-  Eigen::Array3f weights = (spot.normal.array().abs() - 0.35F).max(0.0F).pow(3);
+  Eigen::Array3f weights = (spot.normal.array().abs() - 0.35F).max(0.0F).cube();
   weights /= weights.sum();
+  const float patch_width =
+      spot.width * static_cast<float>(patches_.size()) / kPatchTile;  // texels
   Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     if (weights[axis] < 0.01F) continue;
@@ -235,7 +392,7 @@ Eigen::Vector3f SceneRenderer::Albedo(const Spot& spot) const {
     const Eigen::Vector2f stretch(spot.stretch[u], -spot.stretch[v]);
     const float stain = patches_
                             .Sample(uv.x() / kPatchTile, uv.y() / kPatchTile,
-                                    std::log2(std::max(1.0F, spot.width * 256.0F / kPatchTile)))
+                                    BlendLess(std::log2(std::max(1.0F, patch_width))))
                             .x();
     albedo += weights[axis] * (0.6F + 0.8F * stain) *
               PlanarAlbedo(spot, uv / tile, stretch / tile, spot.width / tile);
@@ -250,7 +407,8 @@ Eigen::Vector3f SceneRenderer::PlanarAlbedo(const Spot& spot, const Eigen::Vecto
   const float length = std::max(stretch.norm(), width);
   const int taps = std::clamp(static_cast<int>(std::ceil(0.6F * length / width)), 1, kMaxTaps);
   const float filter = std::max(width, length / static_cast<float>(taps));
-  const float lod = std::log2(std::max(1e-6F, filter * static_cast<float>(spot.texture->size())));
+  const float lod =
+      BlendLess(std::log2(std::max(1.0F, filter * static_cast<float>(spot.texture->size()))));
   if (taps == 1) return spot.texture->Sample(uv.x(), uv.y(), lod);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (int i = 0; i < taps; ++i) {
@@ -261,26 +419,24 @@ Eigen::Vector3f SceneRenderer::PlanarAlbedo(const Spot& spot, const Eigen::Vecto
   return sum / static_cast<float>(taps);
 }
 
-float SceneRenderer::Illuminance(const Moment& moment, const SurfaceHit& hit,
-                                 const Eigen::Vector3d& point, bool& sunlit) const {
+float SceneRenderer::Illuminance(const Moment& moment, const View& view, const Sight& sight) const {
   const Lighting& light = world_->lighting();
-  const Eigen::Vector3d above = point + kOffTheWall * hit.normal;
+  const PacketHit& hit = sight.hit;
+  const Eigen::Vector3d normal = hit.normal.cast<double>();
+  const Eigen::Vector3d point =
+      view.origin + static_cast<double>(hit.range) * view.direction.cast<double>();
   double lux = light.ambient_illuminance;
-  const double facing = hit.normal.dot(light.sun_direction);
-  if (light.sun_illuminance > 0.0 && facing > 0.0) {
-    sunlit = !moment.snapshot.Occluded(above, light.sun_direction, kFar);
-    if (sunlit) lux += facing * light.sun_illuminance;
-  }
+  if (sight.sunlit) lux += normal.dot(light.sun_direction) * light.sun_illuminance;
   if (hit.object < 0) {
-    const auto soft = irradiance_->At(hit.triangle, hit.barycentric, hit.normal);
+    const auto soft = irradiance_->At(hit.triangle, hit.barycentric, normal);
     lux += soft.sky + moment.lamp_level * soft.lamps;
   } else {
     const double share = moment.sky_shares[static_cast<std::size_t>(hit.object)];
-    lux += share * (0.6 + 0.4 * hit.normal.z()) * light.sky_illuminance;
+    lux += share * (0.6 + 0.4 * normal.z()) * light.sky_illuminance;
     for (const PointLamp& lamp : light.lamps) {
       const Eigen::Vector3d way = lamp.position - point;
       // Half of it comes round by walls and ceiling, whatever way the surface faces.
-      const double cosine = 0.5 + 0.5 * std::max(0.0, hit.normal.dot(way.normalized()));
+      const double cosine = 0.5 + 0.5 * std::max(0.0, normal.dot(way.normalized()));
       if (way.squaredNorm() < 100.0)
         lux += moment.lamp_level * lamp.intensity * cosine / std::max(0.25, way.squaredNorm());
     }
@@ -288,7 +444,7 @@ float SceneRenderer::Illuminance(const Moment& moment, const SurfaceHit& hit,
   if (light.carried_lamp_intensity > 0.0) {
     const Eigen::Vector3d way = moment.carried_lamp - point;
     const double distance2 = std::max(0.01, way.squaredNorm());
-    lux += light.carried_lamp_intensity * std::max(0.0, hit.normal.dot(way)) /
+    lux += light.carried_lamp_intensity * std::max(0.0, normal.dot(way)) /
            (distance2 * std::sqrt(distance2));
   }
   return static_cast<float>(lux);

@@ -10,18 +10,21 @@
 
 namespace mlvi {
 
-// The light that comes along one ray, and what the ray met: enough to tell edges in an image.
-struct RayLight {
-  Eigen::Vector3f luminance = Eigen::Vector3f::Zero();  // cd/m^2 by colour: red, green, blue
-  float range = 0.0F;                                   // m; 0: the sky
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();     // unit, world
-  float plane = 0.0F;                                   // m, from the origin to the tangent plane
+// What a ray of a camera met: enough to tell edges in an image, and to compute the light later.
+struct Sight {
+  PacketHit hit;              // its range is 0 for the sky
+  float plane = 0.0F;         // m, from the origin to the tangent plane
   std::uint32_t surface = 0;  // tells material, moving object and whether the sun shines on it
+  bool sunlit = false;
 };
 
+// Whether two neighbouring rays met the same smooth surface under the same sun.
+bool SameSurface(const Sight& a, const Sight& b);
+
 // What light does in a world: textures, sun with hard shadows, sky and lamps with soft ones
-// (IrradianceCache), mirrors and panes. Draws the textures when constructed. Const functions are
-// thread-safe and give the same bits on every call.
+// (IrradianceCache), mirrors and panes. First what rays meet (Look, in packets), then what light
+// comes from there (Shade): rays that meet the same surface share one shade. Draws the textures
+// when constructed. Const functions are thread-safe and give the same bits on every call.
 class SceneRenderer {
  public:
   // `world` must outlive the renderer.
@@ -37,11 +40,49 @@ class SceneRenderer {
     std::vector<double> sky_shares;  // seen by the moving objects, of the open sky, each in [0, 1]
   };
   Moment At(Time time, const Eigen::Vector3d& carried_lamp) const;
+  // The same for an instant within the exposure of `like`: what changes slowly is taken from there.
+  Moment At(Time time, const Eigen::Vector3d& carried_lamp, const Moment& like) const;
 
-  // Along the unit `direction` from `origin` (world). `pixel_angle`, rad: the width of the cone
-  // that the ray stands for; textures are filtered to it.
-  RayLight Trace(const Moment& moment, const Eigen::Vector3d& origin,
-                 const Eigen::Vector3d& direction, double pixel_angle) const;
+  // How a camera moves during an exposure, relative to what it sees.
+  struct ExposureMotion {
+    const Moment *begin = nullptr, *middle = nullptr, *end = nullptr;
+    Pose3 T_begin_world, T_end_world;                              // of the camera
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();            // m, world, in the middle
+    Eigen::Matrix3f R_world_camera = Eigen::Matrix3f::Identity();  // in the middle
+    // Displacement of a static point at position + y: turn * y + shift.
+    Eigen::Matrix3f turn = Eigen::Matrix3f::Zero();
+    Eigen::Vector3f shift = Eigen::Vector3f::Zero();
+    float turn_norm = 0.0F, shift_norm = 0.0F;
+  };
+  static ExposureMotion MakeExposureMotion(const std::array<const Moment*, 3>& moments,
+                                           const std::array<Pose3, 3>& T_world_camera);
+  // How far what `hit` is about, at position + `y` in the middle of the exposure, moves during it
+  // as the camera sees it; m, in axes of the world.
+  Eigen::Vector3f Displacement(const ExposureMotion& motion, const PacketHit& hit,
+                               const Eigen::Vector3f& y) const;
+
+  // A cone of light through a pixel.
+  struct View {
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();      // world
+    Eigen::Vector3f direction = Eigen::Vector3f::UnitX();  // unit, world
+    float pixel_angle = 0.0F;  // rad, the cone's width: textures are filtered to it
+    // Textures are smeared by this share of what moves during the exposure; null: none.
+    const ExposureMotion* motion = nullptr;
+    float share = 1.0F;
+  };
+  // What the rays of a packet meet, each at its own moment (the first and the last of them at most
+  // an exposure apart).
+  using Moments = std::array<const Moment*, RayPacket::kSize>;
+  std::array<Sight, RayPacket::kSize> Look(const RayPacket& rays, const Moments& moments) const;
+  // Luminance of that, cd/m^2 by colour: red, green, blue.
+  Eigen::Vector3f Shade(const Moment& moment, const View& view, const Sight& sight) const;
+
+  // Both for one ray.
+  struct RayLight {
+    Eigen::Vector3f luminance = Eigen::Vector3f::Zero();
+    float range = 0.0F;  // m; 0: the sky
+  };
+  RayLight Trace(const Moment& moment, const View& view) const;
 
  private:
   struct Surface {
@@ -59,18 +100,21 @@ class SceneRenderer {
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m, the long axis of the cone's footprint
     float width = 0.0F;                                 // m, its short axis
   };
-  RayLight Follow(const Moment& moment, const Eigen::Vector3d& origin,
-                  const Eigen::Vector3d& direction, double pixel_angle, double travelled,
-                  int depth) const;
-  Spot SpotOf(const Moment& moment, const SurfaceHit& hit, const Eigen::Vector3d& direction,
-              double width) const;
+  Sight LookAlong(const Moment& moment, const Eigen::Vector3d& origin,
+                  const Eigen::Vector3f& direction) const;
+  Eigen::Vector3f Shade(const Moment& moment, const View& view, const Sight& sight, float travelled,
+                        int depth) const;
+  Eigen::Vector3f Onward(const Moment& moment, const View& view, const Sight& sight, float way,
+                         int depth, const Eigen::Vector3f& scattered) const;
+  const TriangleMesh& MeshOf(const PacketHit& hit) const;
+  const Material& MaterialOf(const PacketHit& hit) const;
+  Spot SpotOf(const Moment& moment, const View& view, const Sight& sight, float way) const;
+  Eigen::Vector3f Smear(const View& view, const Sight& sight) const;
   Eigen::Vector3f Albedo(const Spot& spot) const;
   Eigen::Vector3f PlanarAlbedo(const Spot& spot, const Eigen::Vector2f& uv,
                                const Eigen::Vector2f& stretch, float width) const;
-  // Illuminance, lux, and whether the sun shines on it.
-  float Illuminance(const Moment& moment, const SurfaceHit& hit, const Eigen::Vector3d& point,
-                    bool& sunlit) const;
-  const std::vector<Surface>& SurfacesOf(const SurfaceHit& hit) const;
+  float Illuminance(const Moment& moment, const View& view, const Sight& sight) const;  // lux
+  const std::vector<Surface>& SurfacesOf(const PacketHit& hit) const;
 
   const World* world_;
   std::vector<std::vector<Surface>> surfaces_;  // by mesh: the world's, then of all parts in order

@@ -28,6 +28,12 @@ Floats Load(const std::uint16_t* texel) {
   return __builtin_convertvector(channels, Floats);
 }
 
+// Of numbers that fit an int; std::floor is a call of the library on x86-64 without SSE 4.1.
+int FloorOf(float x) {
+  const int truncated = static_cast<int>(x);
+  return truncated - (x < static_cast<float>(truncated) ? 1 : 0);
+}
+
 // The next level of a pyramid.
 std::vector<Eigen::Vector3f> Halved(const std::vector<Eigen::Vector3f>& texels, std::size_t size) {
   const std::size_t half = size / 2;
@@ -70,9 +76,9 @@ Texture::Texture(int size, const std::vector<Eigen::Vector3f>& texels) : size_(s
 Eigen::Vector3f Texture::Bilinear(float u, float v, int level) const {
   const int side = size_ >> level, mask = side - 1;
   const float x = u * static_cast<float>(side) - 0.5F, y = v * static_cast<float>(side) - 0.5F;
-  const float floor_x = std::floor(x), floor_y = std::floor(y);
-  const float fx = x - floor_x, fy = y - floor_y;
-  const int x0 = static_cast<int>(floor_x) & mask, y0 = static_cast<int>(floor_y) & mask;
+  const int floor_x = FloorOf(x), floor_y = FloorOf(y);
+  const float fx = x - static_cast<float>(floor_x), fy = y - static_cast<float>(floor_y);
+  const int x0 = floor_x & mask, y0 = floor_y & mask;
   const int x1 = (x0 + 1) & mask, y1 = (y0 + 1) & mask;
   const std::uint16_t* texels = values_.data() + offsets_[static_cast<std::size_t>(level)];
   const auto at = [&](int column, int row) { return Load(texels + 4 * (row * side + column)); };
@@ -84,8 +90,8 @@ Eigen::Vector3f Texture::Bilinear(float u, float v, int level) const {
 
 Eigen::Vector3f Texture::Sample(float u, float v, float lod) const {
   // Towards 0, so that the index does not overflow far from the origin.
-  u -= std::floor(u);
-  v -= std::floor(v);
+  u -= static_cast<float>(FloorOf(u));
+  v -= static_cast<float>(FloorOf(v));
   lod = std::clamp(lod, 0.0F, static_cast<float>(levels() - 1));
   const int fine = static_cast<int>(lod);
   const float share = lod - static_cast<float>(fine);

@@ -222,4 +222,117 @@ bool WorldSnapshot::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3
   return occluded;
 }
 
+namespace {
+
+// A cone around all rays of a packet: it starts in a ball around their origins.
+class PacketCone {
+ public:
+  explicit PacketCone(const RayPacket& rays) {
+    int count = 0;
+    for (int i = 0; i < RayPacket::kSize; ++i) {
+      if (!rays.IsActive(i)) continue;
+      origin_ += rays.Origin(i).cast<double>();
+      axis_ += rays.Direction(i).cast<double>();
+      ++count;
+    }
+    origin_ /= std::max(1, count);
+    axis_.normalize();
+    for (int i = 0; i < RayPacket::kSize; ++i) {
+      if (!rays.IsActive(i)) continue;
+      cosine_ = std::min(cosine_, axis_.dot(rays.Direction(i).cast<double>()));
+      spread_ = std::max(spread_, (rays.Origin(i).cast<double>() - origin_).norm());
+    }
+    cosine_ = std::max(0.0, cosine_ - 1e-6);  // rays are known to single precision
+    sine_ = std::sqrt(1.0 - cosine_ * cosine_);
+  }
+
+  bool MayMeet(const Eigen::Vector3d& centre, double radius) const {
+    const Eigen::Vector3d to_centre = centre - origin_;
+    const double reach = radius + spread_, along = to_centre.dot(axis_);
+    const double across = std::sqrt(std::max(0.0, to_centre.squaredNorm() - along * along));
+    return along * sine_ + reach >= across * cosine_ && along + reach >= 0.0;
+  }
+
+ private:
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero(), axis_ = Eigen::Vector3d::Zero();
+  double cosine_ = 1.0, sine_ = 0.0, spread_ = 0.0;
+};
+
+}  // namespace
+
+// A ray of a packet in the frame of a part of a moving object that it may meet.
+struct WorldSnapshot::PartRay {
+  int ray = 0;
+  std::size_t object = 0, part = 0;
+  const WorldSnapshot* snapshot = nullptr;
+  Eigen::Vector3d origin, direction;
+};
+
+// Calls visit(PartRay) for all pairs of a ray and a part of a moving object that may meet.
+template <typename Visit>
+void WorldSnapshot::VisitMovers(const RayPacket& rays, const PerRay& snapshots,
+                                const Visit& visit) {
+  const WorldSnapshot &first = *snapshots.front(), &last = *snapshots.back();
+  if (first.bounds_.empty()) return;
+  const PacketCone cone(rays);
+  for (std::size_t object = 0; object < first.bounds_.size(); ++object) {
+    // A ball around where the object is at all of the instants.
+    const Sphere &a = first.bounds_[object], &b = last.bounds_[object];
+    const double half = 0.5 * (b.centre - a.centre).norm();
+    if (!cone.MayMeet(0.5 * (a.centre + b.centre), half + std::max(a.radius, b.radius) + 0.05))
+      continue;
+    const auto& parts = first.world_->scene_->parts[object];
+    for (int ray = 0; ray < RayPacket::kSize; ++ray) {
+      if (!rays.IsActive(ray)) continue;
+      const WorldSnapshot& snapshot = *snapshots[static_cast<std::size_t>(ray)];
+      const Eigen::Vector3d origin = rays.Origin(ray).cast<double>(),
+                            direction = rays.Direction(ray).cast<double>();
+      const double limit = rays.limit[static_cast<std::size_t>(ray)];
+      for (std::size_t k = 0; k < parts.size(); ++k) {
+        const std::size_t index = snapshot.firsts_[object] + k;
+        if (!mlvi::MayMeet(origin, direction, limit, snapshot.centres_[index], parts[k].radius))
+          continue;
+        const Pose3& T_part_world = snapshot.inverses_[index];
+        visit(PartRay{ray, object, k, &snapshot, T_part_world * origin,
+                      T_part_world.rotation() * direction});
+      }
+    }
+  }
+}
+
+PacketHits WorldSnapshot::Cast(const RayPacket& rays, const PerRay& snapshots) {
+  PacketHits hits;
+  const World::Scene& scene = *snapshots.front()->world_->scene_;
+  scene.tracer.Cast(rays, hits);
+  VisitMovers(rays, snapshots, [&](const PartRay& at) {
+    const auto lane = static_cast<std::size_t>(at.ray);
+    PacketHit& nearest = hits[lane];
+    const auto hit = scene.parts[at.object][at.part].mesh.Cast(
+        at.origin, at.direction, nearest.range > 0.0F ? nearest.range : rays.limit[lane]);
+    if (!hit) return;
+    const SurfaceHit surface = HitOf(scene.movers[at.object].parts[at.part], *hit, at.direction);
+    const Pose3& T_world_part = at.snapshot->poses_[at.snapshot->firsts_[at.object] + at.part];
+    nearest = {.range = hit->range,
+               .normal = (T_world_part.rotation() * surface.normal).cast<float>(),
+               .triangle = hit->triangle,
+               .barycentric = {hit->u, hit->v},
+               .object = static_cast<std::int16_t>(at.object),
+               .part = static_cast<std::int16_t>(at.part)};
+  });
+  return hits;
+}
+
+unsigned WorldSnapshot::Occluded(const RayPacket& rays, const PerRay& snapshots) {
+  const World::Scene& scene = *snapshots.front()->world_->scene_;
+  unsigned occluded = scene.tracer.Occluded(rays);
+  VisitMovers(rays, snapshots, [&](const PartRay& at) {
+    const unsigned bit = 1U << at.ray;
+    const double limit = rays.limit[static_cast<std::size_t>(at.ray)];
+    if ((occluded & bit) == 0 &&
+        scene.parts[at.object][at.part].mesh.Occluded(at.origin, at.direction, limit))
+      occluded |= bit;
+  });
+  return occluded;
+}
+
 }  // namespace mlvi

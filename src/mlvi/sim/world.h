@@ -15,6 +15,7 @@
 #include "mlvi/base/time.h"
 #include "mlvi/geometry/pose3.h"
 #include "mlvi/sim/lighting.h"
+#include "mlvi/sim/ray_packet.h"
 #include "mlvi/sim/texture.h"
 
 namespace mlvi {
@@ -134,6 +135,13 @@ class WorldSnapshot {
   bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                 double max_range) const;
 
+  // Packets of rays, each at its own instant: `snapshots` are of one world, one for each ray, the
+  // first and the last of them at most an exposure apart. Cast gives the first surface of every
+  // active ray, Occluded the bits of those as Occluded of one ray does.
+  using PerRay = std::array<const WorldSnapshot*, RayPacket::kSize>;
+  static PacketHits Cast(const RayPacket& rays, const PerRay& snapshots);
+  static unsigned Occluded(const RayPacket& rays, const PerRay& snapshots);
+
  private:
   friend class World;
   struct Sphere {
@@ -145,6 +153,9 @@ class WorldSnapshot {
   template <typename Visit>
   void VisitMovers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                    double max_range, const Visit& visit) const;
+  struct PartRay;
+  template <typename Visit>
+  static void VisitMovers(const RayPacket& rays, const PerRay& snapshots, const Visit& visit);
 
   const World* world_;
   double seconds_ = 0.0;  // after the start of the world's clock
