@@ -124,11 +124,13 @@ void AssociateCloud(const Context& context, const PointCloud& cloud, const Voxel
   for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
 }
 
+// Marks are as wide as the noise of their points.
+constexpr double kMarkSpread = 2.0;  // sigmas of the range
+
 }  // namespace
 
 std::vector<Correspondence> Associate(const SweepFeatures& features, const LocalMap& map,
-                                      const Viewpoint& view,
-                                      const RegistrationConfig& config) {
+                                      const Viewpoint& view, const RegistrationConfig& config) {
   const Context context{
       .view = view,
       .config = config,
@@ -139,6 +141,28 @@ std::vector<Correspondence> Associate(const SweepFeatures& features, const Local
   result.reserve(features.planes.size() + 2 * features.edges.size());
   AssociateCloud(context, features.planes, map.planes(), AddPlane, result);
   AssociateCloud(context, features.edges, map.edges(), AddLine, result);
+  return result;
+}
+
+std::vector<Correspondence> AssociateMarks(const SweepFeatures& features, const LocalMap& map,
+                                           const Viewpoint& view, const Eigen::Vector3d& axis,
+                                           const RegistrationConfig& config) {
+  const Eigen::Vector3d axis_body = view.T_world_body.rotation().conjugate() * axis;
+  std::vector<Correspondence> result;
+  for (const Eigen::Vector3f& p : features.marks) {
+    const Eigen::Vector3d point = p.cast<double>();
+    const Eigen::Vector3d world = view.T_world_body * point;
+    const auto mark = map.marks().Find(world, axis, kMarkSpread * view.range_noise);
+    if (!mark) continue;
+    Correspondence c{.point = point, .anchor = mark->mean, .normal = axis};
+    c.variance = view.range_noise * view.range_noise + mark->variance;
+    Vector6d h;
+    h << axis, point.cross(axis_body);
+    c.gate = h.dot(view.pose_covariance * h);
+    const double residual = axis.dot(world - mark->mean);
+    const double limit = kGateSigmas * config.robust_width;
+    if (residual * residual <= limit * limit * (c.variance + c.gate)) result.push_back(c);
+  }
   return result;
 }
 

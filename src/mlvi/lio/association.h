@@ -36,7 +36,11 @@ struct Viewpoint {
 // Fits planes and lines of the map to the features of a sweep, each at its place by
 // `view.T_world_body`.
 std::vector<Correspondence> Associate(const SweepFeatures& features, const LocalMap& map,
-                                      const Viewpoint& view,
-                                      const RegistrationConfig& config);
+                                      const Viewpoint& view, const RegistrationConfig& config);
+
+// Ties the marks of a sweep to those of the map. Each constrains the place along `axis` only.
+std::vector<Correspondence> AssociateMarks(const SweepFeatures& features, const LocalMap& map,
+                                           const Viewpoint& view, const Eigen::Vector3d& axis,
+                                           const RegistrationConfig& config);
 
 }  // namespace mlvi

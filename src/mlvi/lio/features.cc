@@ -3,6 +3,7 @@
 #include "mlvi/lio/features.h"
 
 #include "mlvi/lio/curvature.h"
+#include "mlvi/lio/marks.h"
 #include "mlvi/spatial/voxel_filter.h"
 
 namespace mlvi {
@@ -41,6 +42,11 @@ SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& s
   }
   features.planes = Queries(features.map_planes, config);
   return features;
+}
+
+PointCloud ExtractMarks(const DeskewedSweep& deskewed, const Eigen::Vector3d& axis,
+                        const LidarSpec& lidar, const MarkConfig& config) {
+  return Select(deskewed.points, FindMarks(deskewed.points, axis, lidar.range_noise, config));
 }
 
 }  // namespace mlvi

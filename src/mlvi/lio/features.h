@@ -16,13 +16,18 @@ struct SweepFeatures {
   PointCloud edges;       // registered point to line; empty in the dense variant
   PointCloud map_planes;  // inserted into the map of planes
   PointCloud map_edges;   // inserted into the map of edges
-  PointCloud cloud;       // the whole sweep, thinned, for those who ask for it
-  std::string note;       // why the variant asked for was not possible; empty otherwise
+  PointCloud marks;  // what interrupts the surfaces along a weak axis (marks.h), if there is one
+  PointCloud cloud;  // the whole sweep, thinned, for those who ask for it
+  std::string note;  // why the variant asked for was not possible; empty otherwise
 };
 
 // Features of a deskewed sweep by the variant of `config`. Edges need rings: a sweep without them
 // is registered in the dense variant, and the note says so.
 SweepFeatures ExtractFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
                               const LidarSpec& lidar, const LioConfig& config);
+
+// The marks of a deskewed sweep along `axis` (body frame, unit).
+PointCloud ExtractMarks(const DeskewedSweep& deskewed, const Eigen::Vector3d& axis,
+                        const LidarSpec& lidar, const MarkConfig& config);
 
 }  // namespace mlvi

@@ -49,7 +49,7 @@ LioResult Figures(const RegistrationResult& registration, LioResult::Status stat
 
 struct Lio::Impl {
   Impl(const LioConfig& c, const Rig& r, StageTimes& t)
-      : config(c), rig(r), times(t), map(config.map) {
+      : config(c), rig(r), times(t), map(config.map, config.marks) {
     MLVI_CHECK(rig.lidar.has_value(), "rig \"{}\" has no LiDAR", rig.name);
     start.emplace(config, rig);
   }
@@ -64,7 +64,8 @@ struct Lio::Impl {
   double SilentTimeUntil(Time end) const;
   Prediction PredictTo(const LidarSweep& sweep, double silent) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
-  SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep);
+  SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
+                              const Pose3& T_world_body);
   RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
   void Accept(const StateEstimate& estimate);
   LioResult Track(const SweepFeatures& features, const RegistrationResult& registration,
@@ -121,7 +122,7 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
   RegistrationResult registration;
   for (int pass = 0; pass < (silent > 0.0 ? impl_->config.gap.passes : 1); ++pass) {
     const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, trajectory);
-    features = impl_->TimedFeatures(deskewed, sweep);
+    features = impl_->TimedFeatures(deskewed, sweep, trajectory.back().T_world_body);
     registration = impl_->TimedRegister(features, prior);
     trajectory = Bent(trajectory, registration.estimate.mean.nav.T_world_body);
   }
@@ -266,9 +267,15 @@ DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep,
   return Deskew(sweep, trajectory, *rig.lidar);
 }
 
-SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep) {
+SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
+                                       const Pose3& T_world_body) {
   const StageTimes::Scope timer(times, "lio/features");
-  return ExtractFeatures(deskewed, sweep, *rig.lidar, config);
+  SweepFeatures features = ExtractFeatures(deskewed, sweep, *rig.lidar, config);
+  if (lone_axis && config.marks.enabled) {
+    features.marks = ExtractMarks(deskewed, T_world_body.rotation().conjugate() * *lone_axis,
+                                  *rig.lidar, config.marks);
+  }
+  return features;
 }
 
 RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features,

@@ -63,6 +63,21 @@ void DegeneracyConfig::Declare(ConfigDeclaration& d) {
           {0.1, 1.0});
   d.Field("min_facing_count", min_facing_count, "",
           "Fewer such constraints are taken for bad fits", {1, 10000});
+  d.Field("min_mark_points", min_mark_points, "", "Fewer points on marks are not used",
+          {1, 10000});
+}
+
+void MarkConfig::Declare(ConfigDeclaration& d) {
+  d.Field("enabled", enabled, "Whether marks are sought along a weak axis");
+  d.Field("cell", cell, "m", "Cubes in which a surface along the axis is one plane", {0.1, 2.0});
+  d.Field("max_range", max_range, "m", "Farther points lie too thinly", {1.0, 100.0});
+  d.Field("search_distance", search_distance, "m",
+          "Along the axis, to the mark of the map that a point belongs to", {0.02, 1.0});
+  d.Field("min_noise", min_noise, "m",
+          "Standard deviation of the place of a mark that the number of its points cannot undercut",
+          {0.001, 0.5});
+  d.Field("min_sweeps", min_sweeps, "",
+          "A mark counts when so many sweeps have seen it: what moves is smeared by then", {1, 100});
 }
 
 void StartConfig::Declare(ConfigDeclaration& d) {
@@ -110,6 +125,7 @@ void LioConfig::Declare(ConfigDeclaration& d) {
   d.Section("map", map);
   d.Section("registration", registration);
   d.Section("degeneracy", degeneracy);
+  d.Section("marks", marks);
   d.Section("start", start);
   d.Section("gap", gap);
   d.AtMost("cloud_spacing", "query_spacing",

@@ -41,6 +41,18 @@ struct DegeneracyConfig {
   double max_noise_share = 0.5;
   double min_facing = 0.5;
   int min_facing_count = 20;
+  int min_mark_points = 8;
+  void Declare(ConfigDeclaration& d);
+};
+
+// What interrupts the surfaces along a weak axis (marks.h).
+struct MarkConfig {
+  bool enabled = true;
+  double cell = 0.4;
+  double max_range = 10.0;
+  double search_distance = 0.1;
+  double min_noise = 0.005;
+  int min_sweeps = 3;
   void Declare(ConfigDeclaration& d);
 };
 
@@ -75,6 +87,7 @@ struct LioConfig {
   LocalMapConfig map;
   RegistrationConfig registration;
   DegeneracyConfig degeneracy;
+  MarkConfig marks;
   StartConfig start;
   GapConfig gap;
   void Declare(ConfigDeclaration& d);

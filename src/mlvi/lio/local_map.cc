@@ -23,21 +23,24 @@ PointCloud Transformed(const PointCloud& points, const Pose3& T) {
 
 }  // namespace
 
-LocalMap::LocalMap(const LocalMapConfig& config)
+LocalMap::LocalMap(const LocalMapConfig& config, const MarkConfig& marks)
     : radius_(config.radius),
       planes_(OptionsOf(config)),
       edges_(OptionsOf(config)),
+      marks_(marks),
       last_erase_(Eigen::Vector3d::Zero()) {}
 
 double LocalMap::Insert(const SweepFeatures& features, const Pose3& T_world_body) {
   const std::size_t offered = features.map_planes.size() + features.map_edges.size();
   const std::size_t kept = planes_.Insert(Transformed(features.map_planes, T_world_body)) +
                            edges_.Insert(Transformed(features.map_edges, T_world_body));
+  if (!features.marks.empty()) marks_.Insert(features.marks, T_world_body);
   // Erasing walks over all cells: once per tenth of the radius is enough.
   if ((T_world_body.translation() - last_erase_).norm() > 0.1 * radius_) {
     last_erase_ = T_world_body.translation();
     planes_.EraseBeyond(last_erase_.cast<float>(), radius_);
     edges_.EraseBeyond(last_erase_.cast<float>(), radius_);
+    marks_.EraseBeyond(last_erase_, radius_);
   }
   return offered == 0 ? 0.0 : static_cast<double>(kept) / static_cast<double>(offered);
 }
@@ -45,6 +48,7 @@ double LocalMap::Insert(const SweepFeatures& features, const Pose3& T_world_body
 void LocalMap::Clear() {
   planes_.Clear();
   edges_.Clear();
+  marks_.Clear();
 }
 
 }  // namespace mlvi

@@ -6,30 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlvi/base/parallel.h"
+#include "mlvi/lio/weak_axes.h"
 
 namespace mlvi {
 namespace {
 
-constexpr std::size_t kGrain = 512;
 constexpr int kSolvesPerAssociation = 2;
 using PoseColumnsMatrix = Eigen::Matrix<double, kFilterSize, 6>;
-using Axes = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;  // up to three, as columns
-
-Vector6d Row(const Correspondence& c, const Eigen::Matrix3d& R_body_world) {
-  Vector6d h;
-  h << c.normal, c.point.cross(R_body_world * c.normal);
-  return h;
-}
-
-// The information that a noisy normal feigns: dh/dn = [I; Hat(p) R^T].
-Matrix6d FeignedInformation(const Correspondence& c, const Eigen::Matrix3d& R_body_world,
-                            double weight) {
-  Eigen::Matrix<double, 6, 2> G;
-  G << c.tilt_a, c.tilt_b, c.point.cross(R_body_world * c.tilt_a),
-      c.point.cross(R_body_world * c.tilt_b);
-  return weight * G * G.transpose();
-}
 
 // d(BoxMinus(x boxplus d, prior)) / d(d): identity but for the rotation.
 FilterMatrix PriorJacobian(const FilterState& x, const FilterState& prior) {
@@ -101,104 +84,7 @@ bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig&
          step.segment<3>(nav_index::kRotation).norm() < config.step_tolerance_rad;
 }
 
-// The constraints whose surfaces face along one of the axes (columns).
-std::vector<Correspondence> Facing(const std::vector<Correspondence>& correspondences,
-                                   const Axes& axes, double min_facing) {
-  std::vector<Correspondence> facing;
-  for (const Correspondence& c : correspondences) {
-    bool faces = false;
-    for (int i = 0; i < axes.cols(); ++i) faces |= std::abs(axes.col(i).dot(c.normal)) > min_facing;
-    if (faces) facing.push_back(c);
-  }
-  return facing;
-}
-
-// The information on a translation along `axis`. When the motion asked for along it leaves larger
-// residuals than the constraints claim, their variance is taken to be as much larger (Birge ratio).
-double InformationAlong(const PoseNormalEquations& sums, const Eigen::Vector3d& axis,
-                        double inflation) {
-  const double information = axis.dot(sums.A.topLeftCorner<3, 3>() * axis);
-  if (information <= 0.0 || sums.weights <= 1.0) return 0.0;
-  const double gradient = inflation * axis.dot(sums.b.head<3>());
-  const double unexplained = sums.chi_square - gradient * gradient / information;
-  return information / std::max(1.0, unexplained / (sums.weights - 1.0));
-}
-
-// Takes out of the normal equations what noisy normals feign along the weak directions. Surfaces
-// that face along a weak translation stay in whole when they tell it well enough by themselves: the
-// far end of a corridor, the jambs of its doors. Such a direction is struck from the degenerate
-// ones; along the others nothing remains, and the prior decides.
-void LeaveOutFeigned(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body,
-                     const RegistrationConfig& config, const DegeneracyConfig& degeneracy,
-                     PoseNormalEquations& sums, DegenerateDirections& directions) {
-  if (directions.motions.empty()) return;
-  const std::vector<Vector6d> weak = directions.motions;
-  const double least = 1.0 / (degeneracy.max_translation_sigma * degeneracy.max_translation_sigma);
-  Axes told(3, 0);
-  for (int i = directions.report.translation_directions - 1; i >= 0; --i) {
-    const Eigen::Vector3d axis = directions.report.translation_axes.col(i);
-    const PoseNormalEquations facing =
-        Linearize(Facing(correspondences, axis, degeneracy.min_facing), T_world_body, config);
-    if (facing.inliers < degeneracy.min_facing_count ||
-        InformationAlong(facing, axis, config.noise_inflation) < least) {
-      continue;
-    }
-    told.conservativeResize(3, told.cols() + 1);
-    told.rightCols<1>() = axis;
-    Strike(i, directions);
-  }
-  if (told.cols() == 0) {
-    Deflate(weak, sums.A, sums.b);
-    return;
-  }
-  PoseNormalEquations facing =
-      Linearize(Facing(correspondences, told, degeneracy.min_facing), T_world_body, config);
-  sums.A -= facing.A;
-  sums.b -= facing.b;
-  Deflate(weak, sums.A, sums.b);
-  Deflate(directions.motions, facing.A, facing.b);
-  sums.A += facing.A;
-  sums.b += facing.b;
-}
-
 }  // namespace
-
-PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
-                              const Pose3& T_world_body, const RegistrationConfig& config) {
-  const Eigen::Matrix3d R = T_world_body.R();
-  const Eigen::Matrix3d R_body_world = R.transpose();
-  const double inflation = config.noise_inflation * config.noise_inflation;
-  const double squared_width = config.robust_width * config.robust_width;
-  const auto sum_up = [&](std::size_t begin, std::size_t end) {
-    PoseNormalEquations sum;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Correspondence& c = correspondences[i];
-      const double z = c.normal.dot(R * c.point + T_world_body.translation() - c.anchor);
-      const double robust =
-          1.0 / (1.0 + z * z / (squared_width * (c.variance + c.gate)));  // Cauchy
-      const Vector6d h = Row(c, R_body_world);
-      const double w = robust / (c.variance * inflation);
-      sum.A.noalias() += (w * h) * h.transpose();
-      sum.b += (w * z) * h;
-      sum.feigned += FeignedInformation(c, R_body_world, w);
-      sum.weighted_squares += robust * z * z;
-      sum.weights += robust;
-      sum.chi_square += robust * z * z / c.variance;
-      sum.inliers += robust > 0.5 ? 1 : 0;
-    }
-    return sum;
-  };
-  return ParallelReduce(correspondences.size(), kGrain, PoseNormalEquations{}, sum_up,
-                        [](PoseNormalEquations& sum, const PoseNormalEquations& part) {
-                          sum.A += part.A;
-                          sum.b += part.b;
-                          sum.feigned += part.feigned;
-                          sum.weighted_squares += part.weighted_squares;
-                          sum.weights += part.weights;
-                          sum.chi_square += part.chi_square;
-                          sum.inliers += part.inliers;
-                        });
-}
 
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
                             const StateEstimate& prior, const LidarSpec& lidar,
@@ -217,6 +103,9 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
     ++result.iterations;
     view.T_world_body = x.nav.T_world_body;
     const std::vector<Correspondence> correspondences = Associate(features, map, view, config);
+    const std::vector<Correspondence> marks =
+        last_axis ? AssociateMarks(features, map, view, *last_axis, config)
+                  : std::vector<Correspondence>();
     const FilterState before = x;
     for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
       PoseNormalEquations sums = Linearize(correspondences, x.nav.T_world_body, config);
@@ -226,7 +115,8 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       if (sums.inliers < config.min_correspondences) return result;
       DegenerateDirections directions = FindDegeneracy(
           sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
-      LeaveOutFeigned(correspondences, x.nav.T_world_body, config, degeneracy, sums, directions);
+      LeaveOutFeigned(correspondences, marks, x.nav.T_world_body, config, degeneracy, sums,
+                      directions);
       const Update update = Solve(prior, x, sums.A, sums.b, directions.motions);
       const FilterState next = BoxPlus(prior.mean, update.displacement);
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();

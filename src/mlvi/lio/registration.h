@@ -12,37 +12,23 @@ struct RegistrationResult {
   StateEstimate estimate;
   Degeneracy degeneracy;
   std::optional<Eigen::Vector3d> lone_axis;  // for the next sweep (FindDegeneracy)
-  int correspondences = 0;  // at the end, robust weight above one half
-  int offered = 0;          // feature points
+  int correspondences = 0;                   // at the end, robust weight above one half
+  int offered = 0;                           // feature points
   int iterations = 0;
   double rms_residual = 0.0;  // m, robustly weighted
   bool converged = false;
 };
 
-// The normal equations of all correspondences at one pose, in the chart (world position, body
-// rotation):
-//   J(d) = 1/2 sum w_i (z_i + h_i d)^2,  A = sum w h h^T,  b = sum w h z.
-struct PoseNormalEquations {
-  Matrix6d A = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
-  Matrix6d feigned = Matrix6d::Zero();           // the part of A that noisy normals feign
-  double weighted_squares = 0.0, weights = 0.0;  // of residuals in m, by robust weight
-  double chi_square = 0.0;                       // of residuals in sigmas, by robust weight
-  int inliers = 0;
-};
-PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
-                              const Pose3& T_world_body, const RegistrationConfig& config);
-
 // The MAP estimate of the state under the Gaussian `prior` and point-to-plane and point-to-line
 // residuals against the map, by Gauss-Newton with renewed associations (the iterated error-state
 // filter of FAST-LIO2 in a form that inverts neither the prior covariance nor the measurement
 // information, both of which may be singular). Along directions that most constraints only feign to
-// tell, those few count whose surfaces face along them, if they suffice; else the prior decides.
+// tell, those few count whose surfaces face along them and the marks along `last_axis`, if they
+// suffice; else the prior decides.
 // `last_axis` is the lone axis of the previous sweep (FindDegeneracy).
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
                             const StateEstimate& prior, const LidarSpec& lidar,
                             const std::optional<Eigen::Vector3d>& last_axis,
-                            const RegistrationConfig& config,
-                            const DegeneracyConfig& degeneracy);
+                            const RegistrationConfig& config, const DegeneracyConfig& degeneracy);
 
 }  // namespace mlvi

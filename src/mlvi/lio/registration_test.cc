@@ -28,6 +28,19 @@ class RegistrationTest : public ::testing::Test {
     return ExtractFeatures(Deskew(sweep, std::vector<NavState>{state}, *rig_.lidar), sweep,
                            *rig_.lidar, config_);
   }
+  // With the marks along `axis` (world).
+  SweepFeatures WithMarks(const test::BoxWorld& world, const Pose3& T, const Eigen::Vector3d& axis,
+                          std::uint64_t seed) const {
+    const LidarSweep sweep = test::Scan(world, Still{T}, *rig_.lidar, 0.0, kBegin,
+                                        RandomStream(seed), {.rings = 96, .columns = 1200});
+    NavState state;
+    state.stamp = kBegin;
+    const DeskewedSweep deskewed = Deskew(sweep, std::vector<NavState>{state}, *rig_.lidar);
+    SweepFeatures features = ExtractFeatures(deskewed, sweep, *rig_.lidar, config_);
+    features.marks =
+        ExtractMarks(deskewed, T.rotation().conjugate() * axis, *rig_.lidar, config_.marks);
+    return features;
+  }
   // A map of sweeps from several places.
   LocalMap MapOf(const test::BoxWorld& world, std::uint64_t seed) const {
     LocalMap map(config_.map);
@@ -136,6 +149,37 @@ TEST_F(RegistrationTest, InACorridorSurfacesThatFaceAlongItTellTheAxis) {
     EXPECT_NEAR(result.estimate.mean.nav.T_world_body.translation().x(), truth_.translation().x(),
                 3.0 * sigma);
   }
+}
+
+TEST_F(RegistrationTest, InACorridorMarksTellTheAxis) {
+  rig_.lidar->max_range = 20.0;
+  test::BoxWorld corridor = test::EndlessCorridor();
+  corridor.obstacles = {{{3.0, -1.2, -1.2}, {4.0, -1.14, 1.6}}};  // a pilaster, 6 cm proud
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
+  LocalMap map = MapOf(corridor, 1);
+  for (int i = 0; i < 6; ++i) {
+    const Pose3 T(truth_.rotation(), truth_.translation() - 0.1 * (6 - i) * axis);
+    map.Insert(WithMarks(corridor, T, axis, 50 + i), T);
+  }
+  const Pose3 shifted(truth_.rotation(), truth_.translation() + Eigen::Vector3d(0.04, 0.02, -0.02));
+  SweepFeatures features = WithMarks(corridor, truth_, axis, 7);
+  ASSERT_GT(features.marks.size(), 20U);
+  const auto run = [&] {
+    return Register(features, map, Prior(shifted, 0.05, 0.01), *rig_.lidar, axis,
+                    config_.registration, config_.degeneracy);
+  };
+  const RegistrationResult told = run();
+  EXPECT_EQ(told.degeneracy.translation_directions, 0);
+  EXPECT_TRUE(told.lone_axis.has_value());
+  const double sigma = std::sqrt(told.estimate.covariance(0, 0));
+  EXPECT_LT(sigma, 0.02);
+  EXPECT_NEAR(told.estimate.mean.nav.T_world_body.translation().x(), truth_.translation().x(),
+              2.0 * sigma);
+  features.marks.clear();
+  const RegistrationResult untold = run();
+  EXPECT_EQ(untold.degeneracy.translation_directions, 1);
+  EXPECT_NEAR(untold.estimate.mean.nav.T_world_body.translation().x(), shifted.translation().x(),
+              0.002);
 }
 
 TEST_F(RegistrationTest, AnUncertainAxisDoesNotTurnNoiseAcrossItIntoMotionAlongIt) {

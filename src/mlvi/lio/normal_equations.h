@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "mlvi/lio/association.h"
+
+namespace mlvi {
+
+// The normal equations of all correspondences at one pose, in the chart (world position, body
+// rotation):
+//   J(d) = 1/2 sum w_i (z_i + h_i d)^2,  A = sum w h h^T,  b = sum w h z.
+struct PoseNormalEquations {
+  Matrix6d A = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  Matrix6d feigned = Matrix6d::Zero();           // the part of A that noisy normals feign
+  double weighted_squares = 0.0, weights = 0.0;  // of residuals in m, by robust weight
+  double chi_square = 0.0;                       // of residuals in sigmas, by robust weight
+  int inliers = 0;
+  PoseNormalEquations& operator+=(const PoseNormalEquations& other);
+};
+PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
+                              const Pose3& T_world_body, const RegistrationConfig& config);
+
+}  // namespace mlvi
