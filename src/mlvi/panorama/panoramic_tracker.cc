@@ -19,13 +19,19 @@ Eigen::Vector3d PredictedPoint(const PanoramicObservation& before, double invers
          (before.bearing + inverse_depth * (before.center - t));
 }
 
-// The pixel in which camera `o.camera` sees it now; where it was, when it will be out of sight.
-Eigen::Vector2d PredictedPixel(const PanoramaModel& model, const PanoramicObservation& o,
-                               double inverse_depth, const PredictedMotion& motion) {
-  const Eigen::Vector3d point = PredictedPoint(o, inverse_depth, motion);
+// The pixel in which camera `o.camera` sees it now, and how much nearer it is; where it was, when
+// it will be out of sight.
+struct PredictedView {
+  Eigen::Vector2d pixel;
+  double nearer = 1.0;
+};
+
+PredictedView PredictView(const PanoramaModel& model, const PanoramicObservation& o,
+                      double inverse_depth, const PredictedMotion& motion) {
   const Eigen::Vector3d offset = model.T_pano_camera(o.camera).translation();
-  const auto pixel = model.ProjectDirection(o.camera, point - inverse_depth * offset);
-  return pixel.value_or(o.pixel);
+  const Eigen::Vector3d ray = PredictedPoint(o, inverse_depth, motion) - inverse_depth * offset;
+  const auto pixel = model.ProjectDirection(o.camera, ray);
+  return {pixel.value_or(o.pixel), 1.0 / ray.norm()};
 }
 
 }  // namespace
@@ -38,6 +44,7 @@ void PanoramicTrackerConfig::Declare(ConfigDeclaration& d) {
   d.Field("max_gap", max_gap, "s", "Tracks of a camera without images end after this", {0.0, 10.0});
   d.Section("pyramid", pyramid);
   d.Section("flow", flow);
+  d.Section("refinement", refinement);
   d.Section("corner", corner);
   d.Section("outliers", outliers);
 }
@@ -46,20 +53,22 @@ PanoramicTracker::PanoramicTracker(const PanoramaModel& model, const PanoramicTr
     : model_(model),
       config_(config),
       budget_(model, config.budget),
+      refiner_(config.refinement),
       streams_(static_cast<std::size_t>(model.cameras())) {}
 
 TrackingSummary PanoramicTracker::Process(FrameId frame, std::span<const Image> images,
                                           const TrackingHints& hints) {
   TrackingSummary summary;
+  summary.cameras.resize(streams_.size());
   BuildPyramids(images);
   EndStaleTracks();
   Follow(frame, hints, summary);
   RejectOutliers(frame, hints, summary);
   StartTracks(frame, summary);
+  refiner_.Keep(tracks_);
   Advance();
-  summary.alive_per_camera.assign(streams_.size(), 0);
   for (const Track& track : tracks_.tracks()) {
-    if (track.alive) ++summary.alive_per_camera[static_cast<std::size_t>(track.last().camera)];
+    if (track.alive) ++summary.cameras[static_cast<std::size_t>(track.last().camera)].alive;
   }
   return summary;
 }
@@ -109,8 +118,10 @@ std::vector<PanoramicTracker::CameraTracks> PanoramicTracker::Predict(
     }
     const double inverse_depth = hints.inverse_depth ? hints.inverse_depth(track.id) : 0.0;
     cameras[camera].ids.push_back(track.id);
-    cameras[camera].requests.push_back(
-        {last.pixel, PredictedPixel(model_, last, inverse_depth, motion->second)});
+    const PredictedView view =
+        PredictView(model_, last, inverse_depth, motion->second);
+    cameras[camera].requests.push_back({last.pixel, view.pixel});
+    cameras[camera].changes.push_back({motion->second.R_earlier_current, view.nearer});
   }
   return cameras;
 }
@@ -122,6 +133,7 @@ void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, Trackin
     cameras[i].results = TrackFlow(streams_[i].previous, streams_[i].current, cameras[i].requests,
                                    config_.pyramid, config_.flow);
   });
+  std::vector<RefinementRequest> followed;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     for (std::size_t i = 0; i < cameras[c].ids.size(); ++i) {
       const FlowResult& result = cameras[c].results[i];
@@ -129,13 +141,27 @@ void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, Trackin
       const auto observation =
           tracked ? model_.Lift(static_cast<int>(c), result.pixel) : std::nullopt;
       if (observation) {
-        tracks_.Extend(cameras[c].ids[i], frame, *observation);
-        ++summary.followed;
+        followed.push_back({cameras[c].ids[i], *observation, cameras[c].changes[i]});
         continue;
       }
       tracks_.End(cameras[c].ids[i]);
+      ++summary.cameras[c].lost;
       ++(result.status == FlowStatus::kRoundTrip ? summary.round_trip : summary.lost);
     }
+  }
+  Extend(frame, followed, summary);
+}
+
+void PanoramicTracker::Extend(FrameId frame, std::span<const RefinementRequest> followed,
+                              TrackingSummary& summary) {
+  std::vector<const ImagePyramid*> images;
+  for (const Stream& stream : streams_) images.push_back(&stream.current);
+  const auto refined = refiner_.Refine(model_, followed, images);
+  for (std::size_t i = 0; i < followed.size(); ++i) {
+    tracks_.Extend(followed[i].track, frame, refined[i].value_or(followed[i].observation));
+    ++summary.followed;
+    ++summary.cameras[static_cast<std::size_t>(followed[i].observation.camera)].followed;
+    if (refined[i]) ++summary.refined;
   }
 }
 
@@ -163,9 +189,13 @@ void PanoramicTracker::RejectOutliers(FrameId frame, const TrackingHints& hints,
         group.pairs, motion.R_earlier_current, motion.t_earlier_current, config_.outliers);
     for (std::size_t i = 0; i < group.ids.size(); ++i) {
       if (result.inliers[i] != 0) continue;
+      CameraTracking& camera =
+          summary.cameras[static_cast<std::size_t>(tracks_.Find(group.ids[i])->last().camera)];
       tracks_.RejectLast(group.ids[i]);
       ++summary.outliers;
       --summary.followed;
+      ++camera.outliers;
+      --camera.followed;
     }
   }
 }
@@ -183,7 +213,9 @@ void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
                                config_.corner);
   });
   for (const PanoramicObservation& observation : budget_.Select(model_, corners, features)) {
-    tracks_.Start(frame, observation);
+    const TrackId track = tracks_.Start(frame, observation);
+    refiner_.Start(track, observation,
+                   streams_[static_cast<std::size_t>(observation.camera)].current);
     ++summary.started;
   }
 }

@@ -10,6 +10,7 @@
 #include "mlvi/features/flow.h"
 #include "mlvi/panorama/feature_budget.h"
 #include "mlvi/panorama/relative_translation.h"
+#include "mlvi/panorama/track_refiner.h"
 #include "mlvi/panorama/track_store.h"
 
 namespace mlvi {
@@ -20,6 +21,7 @@ struct PanoramicTrackerConfig {
   double max_gap = 1.0;
   PyramidConfig pyramid;
   FlowConfig flow;
+  RefinementConfig refinement;
   CornerConfig corner;
   RelativeTranslationConfig outliers;
   void Declare(ConfigDeclaration& d);
@@ -40,17 +42,26 @@ struct TrackingHints {
   std::function<double(TrackId)> inverse_depth;
 };
 
+// The share of one camera.
+struct CameraTracking {
+  int followed = 0;
+  int lost = 0;  // round trips included
+  int outliers = 0;
+  int alive = 0;
+};
+
 struct TrackingSummary {
   int followed = 0;    // tracks that got an observation
+  int refined = 0;     // of these, aligned with the window of an earlier image
   int lost = 0;        // no texture, left the picture or what is usable of it
   int round_trip = 0;  // tracking back ended elsewhere
   int outliers = 0;    // against the common motion
   int started = 0;
-  std::vector<int> alive_per_camera;
+  std::vector<CameraTracking> cameras;
 };
 
 // From the images of all cameras to the tracks of the sphere: flow from predicted places,
-// forward-backward check, one RANSAC, new features in empty cells. Cameras run in parallel and may
+// forward-backward check, alignment with the window of the first image, one RANSAC, new features in empty cells. Cameras run in parallel and may
 // come and go: one without an image keeps its tracks for `max_gap`.
 class PanoramicTracker {
  public:
@@ -78,6 +89,7 @@ class PanoramicTracker {
   struct CameraTracks {
     std::vector<TrackId> ids;
     std::vector<FlowRequest> requests;
+    std::vector<ViewChange> changes;
     std::vector<FlowResult> results;
   };
 
@@ -85,6 +97,7 @@ class PanoramicTracker {
   void EndStaleTracks();
   std::vector<CameraTracks> Predict(const TrackingHints& hints) const;
   void Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
+  void Extend(FrameId frame, std::span<const RefinementRequest> followed, TrackingSummary& summary);
   void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void StartTracks(FrameId frame, TrackingSummary& summary);
   void Advance();
@@ -93,6 +106,7 @@ class PanoramicTracker {
   PanoramicTrackerConfig config_;
   FeatureBudget budget_;
   TrackStore tracks_;
+  TrackRefiner refiner_;
   std::vector<Stream> streams_;  // per camera
 };
 

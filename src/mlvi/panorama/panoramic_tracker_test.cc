@@ -142,8 +142,10 @@ TEST_F(InARoom, TracksStayOnTheirPoints) {
   std::sort(whole.begin(), whole.end());
   EXPECT_LT(step[step.size() / 2], 0.1);
   EXPECT_LE(step[step.size() * 99 / 100], 1.0);
-  // From picture to picture, so errors of up to seven steps add up.
-  EXPECT_LT(whole[whole.size() / 2], 0.5);
+  // Seven steps and no more error than in one: windows are compared with the first ones. Flow alone
+  // drifts by 0.35 px.
+  EXPECT_LT(whole[whole.size() / 2], 0.07);
+  EXPECT_LT(whole[whole.size() * 9 / 10], 0.3);
   const auto wrong = whole.end() - std::upper_bound(whole.begin(), whole.end(), 3.0);
   EXPECT_LE(static_cast<double>(wrong), 0.01 * static_cast<double>(whole.size()));
 }

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/features/patch.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "mlvi/features/testing.h"
+
+namespace mlvi {
+namespace {
+
+constexpr int kWidth = 200, kHeight = 160;
+const Eigen::Vector2d kMiddle(100.0, 80.0);
+
+struct View {
+  Eigen::Matrix2d warp = Eigen::Matrix2d::Identity();
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  double gain = 1.0, offset = 0.0;  // of grey values
+  double noise = 2.0;               // grey values
+};
+
+// The texture seen so that its point p lies at middle + warp (p - middle) + shift.
+ImagePyramid Show(const View& view, std::uint64_t seed) {
+  const test::WaveTexture texture(3);
+  const auto changed = [&](const Eigen::Vector2d& p) {
+    return view.gain * texture(p) + view.offset;
+  };
+  const Eigen::Matrix2d back = view.warp.inverse();
+  const auto source = [&](const Eigen::Vector2d& q) -> Eigen::Vector2d {
+    return kMiddle + back * (q - kMiddle - view.shift);
+  };
+  return BuildPyramid(
+      test::Render(kWidth, kHeight, changed, source, view.noise, RandomStream(seed)), {});
+}
+
+// Errors (px) of windows on a grid of points at odd fractions of pixels, found from guesses that are
+// up to 1 px off; sorted. Those not found are left out.
+std::vector<double> Errors(const View& view, const PatchConfig& config = {}) {
+  const ImagePyramid first = Show({.noise = view.noise}, 1), second = Show(view, 2);
+  RandomStream random(5);
+  std::vector<double> errors;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector2d p(50.3 + 9.7 * (i % 10), 50.6 + 9.9 * (i / 10));
+    const auto patch = Patch::Cut(first, p, config);
+    if (!patch) continue;
+    const Eigen::Vector2d truth = kMiddle + view.warp * (p - kMiddle) + view.shift;
+    const Eigen::Vector2d guess =
+        truth + 0.7 * Eigen::Vector2d(random.Uniform(-1.0, 1.0), random.Uniform(-1.0, 1.0));
+    const auto match = patch->Align(second, view.warp, guess, config);
+    if (!match || !match->converged) continue;
+    EXPECT_GT(match->correlation, 0.8);
+    errors.push_back((match->pixel - truth).norm());
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+void ExpectAccurate(const View& view, double median, double worst) {
+  const std::vector<double> errors = Errors(view);
+  ASSERT_GT(errors.size(), 50U);
+  EXPECT_LT(errors[errors.size() / 2], median);
+  EXPECT_LT(errors.back(), worst);
+}
+
+// Noise of 2 grey values in both images, slopes of about 10 per px over 169 px: 0.02 px per axis.
+// Interpolation between pixels adds about as much.
+TEST(Patch, IsFoundToSmallFractionsOfAPixel) { ExpectAccurate({.shift = {3.37, -2.81}}, 0.06, 0.3); }
+
+TEST(Patch, IsFoundUnderAKnownWarp) {
+  View view{.shift = {1.4, 0.3}};
+  view.warp << 1.15, 0.20, -0.25, 0.90;
+  ExpectAccurate(view, 0.06, 0.3);
+}
+
+TEST(Patch, IsFoundInAnotherLight) {
+  ExpectAccurate({.shift = {-2.2, 1.6}, .gain = 0.6, .offset = 30.0}, 0.08, 0.4);
+}
+
+TEST(Patch, AWarpThatIsNotToldIsFound) {
+  View view{.shift = {0.5, 0.5}};
+  view.warp << 1.08, 0.05, -0.05, 1.10;
+  const ImagePyramid first = Show({}, 1), second = Show(view, 2);
+  std::vector<double> errors, warp_errors;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector2d p(50.0 + 9.7 * (i % 10), 50.0 + 9.9 * (i / 10));
+    const auto patch = Patch::Cut(first, p, {});
+    const Eigen::Vector2d truth = kMiddle + view.warp * (p - kMiddle) + view.shift;
+    const auto match = patch->Align(second, Eigen::Matrix2d::Identity(), truth, {});
+    if (!match || !match->converged) continue;
+    errors.push_back((match->pixel - truth).norm());
+    warp_errors.push_back((match->warp - view.warp).norm());
+  }
+  ASSERT_GT(errors.size(), 50U);
+  std::sort(errors.begin(), errors.end());
+  std::sort(warp_errors.begin(), warp_errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.06);
+  EXPECT_LT(warp_errors[warp_errors.size() / 2], 0.03);
+}
+
+TEST(Patch, NeedsTextureAndRoom) {
+  Image plain{.width = 50, .height = 50, .pixels = std::vector<std::uint8_t>(2500, 90)};
+  for (int x = 0; x < 50; ++x) plain.pixels[static_cast<std::size_t>(50 * 20 + x)] = 200;
+  const ImagePyramid image = BuildPyramid(plain, {});
+  EXPECT_FALSE(Patch::Cut(image, {25.0, 40.0}, {}));  // nothing
+  EXPECT_FALSE(Patch::Cut(image, {25.0, 20.0}, {}));  // a line: free to slide along
+  const ImagePyramid textured = Show({}, 1);
+  EXPECT_FALSE(Patch::Cut(textured, {3.0, 80.0}, {}));
+  EXPECT_FALSE(Patch::Cut(textured, {100.0, 158.0}, {}));
+  const auto patch = Patch::Cut(textured, kMiddle, {});
+  ASSERT_TRUE(patch);
+  EXPECT_FALSE(patch->Align(textured, Eigen::Matrix2d::Identity(), {2.0, 2.0}, {}));
+}
+
+TEST(Patch, ElsewhereCorrelatesLittleOrIsNotFound) {
+  const ImagePyramid image = Show({}, 1);
+  const auto patch = Patch::Cut(image, kMiddle, {});
+  ASSERT_TRUE(patch);
+  int wrong = 0;
+  for (int i = 0; i < 30; ++i) {
+    const Eigen::Vector2d elsewhere(40.0 + 4.0 * i, 40.0 + 27.0 * (i % 3));
+    if ((elsewhere - kMiddle).norm() < 8.0) continue;
+    const auto match = patch->Align(image, Eigen::Matrix2d::Identity(), elsewhere, {});
+    wrong += match && match->converged && match->correlation > 0.8 ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 1);
+}
+
+}  // namespace
+}  // namespace mlvi
