@@ -23,6 +23,7 @@
 #include "mlvi/io/ros_bag_source.h"
 #include "mlvi/pipeline/slam.h"
 #include "run_outputs.h"
+#include "sensor_selection.h"
 #include "summary.h"
 
 namespace {
@@ -36,7 +37,7 @@ struct RunOptions {
   std::string config;
   std::vector<std::string> assignments;
   std::string cameras = "none";
-  std::string compensation = "ray";
+  std::string compensation;  // empty: as configured
   bool no_lidar = false;
   bool no_loop = false;
   int threads = 0;
@@ -53,22 +54,22 @@ Expected<SlamConfig> ResolveConfig(const RunOptions& options) {
   for (const std::string& assignment : options.assignments) {
     if (const auto set = declaration.SetAssignment(assignment); !set) return tl::unexpected(set.error());
   }
+  if (!options.compensation.empty()) {
+    const auto set = declaration.SetAssignment("vio.window.compensation=" + options.compensation);
+    if (!set) return tl::unexpected(set.error());
+  }
   if (const auto agree = declaration.Check(); !agree) return tl::unexpected(agree.error());
   return config;
 }
 
-Expected<Rig> ResolveRig(const RunOptions& options) {
-  Expected<Rig> rig = LoadRig(options.rig);
-  if (!rig) return rig;
-  if (!rig->lidar) {
-    return MakeError(ErrorKind::kConfiguration, "rig '{}' has no lidar; `run` estimates from LiDAR and IMU", rig->name);
-  }
-  if (options.no_lidar || options.cameras != "none") {
-    return MakeError(ErrorKind::kConfiguration,
-                     "visual odometry is not part of this version: --no-lidar and --cameras other than 'none' cannot "
-                     "be used yet");
-  }
-  return rig;
+// `all` takes what the recording holds; cameras asked for by name must be in it.
+RosBagSourceOptions SourceOptions(const RunOptions& options, const SlamConfig& config, const Rig& rig) {
+  RosBagSourceOptions source{.use_lidar = rig.lidar.has_value(),
+                             .cameras_required = options.cameras != "all",
+                             .max_image_rate = config.visual.sets.max_rate,
+                             .image_tolerance = config.visual.sets.tolerance};
+  for (const CameraSpec& camera : rig.cameras) source.cameras.push_back(camera.name);
+  return source;
 }
 
 // The instants that the recording spans, as far as it was read.
@@ -99,51 +100,82 @@ std::optional<Error> Feed(MeasurementSource& source, Slam& slam, const Interrupt
   return std::nullopt;
 }
 
-void Judge(const Slam& slam, const InterruptGuard& guard, const std::optional<Error>& ended, RunFacts& facts) {
-  const OdometryReport& odometry = slam.supervisor().odometry();
+// Images that could not be read are no concern of the estimator, but of the user.
+std::string UnreadableImages(const RunFacts& facts, const Rig& rig) {
+  std::string reasons;
+  for (const CameraSpec& camera : rig.cameras) {
+    const auto counts = facts.read.find(camera.topic);
+    if (counts == facts.read.end() || counts->second.dropped.empty()) continue;
+    std::int64_t dropped = 0;
+    for (const auto& [reason, count] : counts->second.dropped) dropped += count;
+    reasons += fmt::format("; {}: {} of {} images could not be read", camera.name, dropped, counts->second.messages);
+  }
+  return reasons;
+}
+
+// Why there is no estimate to rely on; empty when there is one.
+std::string Failure(const Slam& slam, const Rig& rig) {
+  const OdometryReport& lidar = slam.supervisor().odometry();
+  if (rig.lidar && !lidar.initialized) return "no first state was found: see events";
+  if (rig.lidar) return lidar.lost ? lidar.lost_reason : "";
+  const VisualReport& visual = slam.visual()->report();
+  if (!visual.first_estimate.valid()) return "no first state was found: " + visual.waiting_for;
+  return visual.tracking ? "" : "visual odometry was lost and not found again: " + visual.last_failure;
+}
+
+void Judge(const Slam& slam, const Rig& rig, const InterruptGuard& guard, const std::optional<Error>& ended,
+           RunFacts& facts) {
+  const std::string failure = Failure(slam, rig);
   if (guard.interrupted()) {
     facts.status = "interrupted";
     facts.reason = "interrupted by a signal; what was estimated until then is kept";
   } else if (ended) {
     facts.status = "input_broken_off";
     facts.reason = ended->message;
-  } else if (!odometry.initialized) {
+  } else if (!failure.empty()) {
     facts.status = "failed";
-    facts.reason = "no first state was found: see events";
-  } else if (odometry.lost) {
-    facts.status = "failed";
-    facts.reason = odometry.lost_reason;
+    facts.reason = failure;
   } else {
-    facts.status = "ok";
-    if (!odometry.resets.empty()) {
-      facts.status = "degraded";
-      facts.reason = fmt::format("odometry: {} resets, the first: {}", odometry.resets.size(), odometry.resets.front().reason);
+    const auto& resets = slam.supervisor().odometry().resets;
+    std::string reasons;
+    if (!resets.empty()) {
+      reasons = fmt::format("; odometry: {} resets, the first: {}", resets.size(), resets.front().reason);
     }
-    for (const auto& [name, report] : slam.supervisor().streams()) {
-      if (report.health.level == HealthLevel::kHealthy) continue;
-      facts.status = "degraded";
-      facts.reason += fmt::format("{}{}: {}", facts.reason.empty() ? "" : "; ", name, report.health.reason);
+    reasons += UnreadableImages(facts, rig);
+    for (const auto& [name, report] : slam.Streams()) {
+      if (report.health.level != HealthLevel::kHealthy) reasons += fmt::format("; {}: {}", name, report.health.reason);
     }
+    facts.status = reasons.empty() ? "ok" : "degraded";
+    if (!reasons.empty()) facts.reason = reasons.substr(2);
   }
 }
 
-int ExitCode(const Slam& slam, const RunFacts& facts) {
+int ExitCode(const Slam& slam, const Rig& rig, const RunFacts& facts) {
   if (facts.status == "interrupted") return kExitInterrupted;
   if (facts.status == "input_broken_off") return kExitInput;
   if (facts.status != "failed") return kExitDone;
-  const auto& lidar = slam.supervisor().streams().at("lidar");
-  const auto& imu = slam.supervisor().streams().at("imu");
-  return lidar.used == 0 && (imu.received == 0 || lidar.received < 2) ? kExitInput : kExitEstimation;
+  const auto streams = slam.Streams();
+  if (streams.at("imu").received == 0) return kExitInput;
+  // Sweeps or images: without at least two there was nothing to estimate from.
+  std::int64_t received = 0, used = 0;
+  for (const auto& [name, report] : streams) {
+    if (name == "imu" || (rig.lidar && name != "lidar")) continue;
+    received += report.received;
+    used += report.used;
+  }
+  const bool too_little = rig.lidar ? used == 0 && received < 2 : received < 2;
+  return too_little ? kExitInput : kExitEstimation;
 }
 
 void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& facts) {
   const auto stages = slam.times().Summarize();
-  const auto sweep = stages.find("sweep");
   fmt::print("status      {}{}{}\n", facts.status, facts.reason.empty() ? "" : ": ", facts.reason);
   fmt::print("poses       {} ({} keyframes, {} loops, {} resets)\n", slam.odometry().size(),
              slam.graph().keyframes().size(), slam.graph().loops(), slam.supervisor().odometry().resets.size());
-  if (sweep != stages.end()) {
-    fmt::print("per sweep   p50 {:.1f} ms, p99 {:.1f} ms\n", sweep->second.p50_ms, sweep->second.p99_ms);
+  for (const auto& [stage, label] : {std::pair("sweep", "per sweep "), std::pair("image_set", "per images")}) {
+    const auto times = stages.find(stage);
+    if (times == stages.end()) continue;
+    fmt::print("{}  p50 {:.1f} ms, p99 {:.1f} ms\n", label, times->second.p50_ms, times->second.p99_ms);
   }
   fmt::print("time        {:.1f} s of data in {:.1f} s\n", facts.data_duration_s, facts.wall_s);
   fmt::print("results     {}\n", options.output);
@@ -152,9 +184,10 @@ void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& fa
 Expected<int> Run(const RunOptions& options) {
   const Expected<SlamConfig> config = ResolveConfig(options);
   if (!config) return tl::unexpected(config.error());
-  const Expected<Rig> rig = ResolveRig(options);
+  const Expected<Rig> rig = LoadRig(options.rig).and_then(
+      [&](const Rig& whole) { return SelectSensors(whole, options.cameras, options.no_lidar); });
   if (!rig) return tl::unexpected(rig.error());
-  auto source = RosBagSource::Open(options.bags, *rig);
+  auto source = RosBagSource::Open(options.bags, *rig, SourceOptions(options, *config, *rig));
   if (!source) return tl::unexpected(source.error());
   const RunOutputs outputs(options.output);
   if (const auto prepared = outputs.Prepare(*config); !prepared) return tl::unexpected(prepared.error());
@@ -177,13 +210,13 @@ Expected<int> Run(const RunOptions& options) {
   facts.data_duration_s = span.seconds();
   facts.notes = (*source)->Notes();
   facts.read = (*source)->Counts();
-  Judge(slam, guard, ended, facts);
+  Judge(slam, *rig, guard, ended, facts);
   if (const auto written = outputs.Write(slam, MakeSummary(facts, slam, *rig)); !written) {
     return tl::unexpected(written.error());
   }
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
   PrintReport(options, slam, facts);
-  return ExitCode(slam, facts);
+  return ExitCode(slam, *rig, facts);
 }
 
 void AddConfigDocsCommand(CLI::App& app) {
@@ -207,10 +240,10 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   command->add_option("--config", options->config, "Configuration file (YAML)");
   command->add_option("--set", options->assignments, "Override one configuration value: key=value");
-  command->add_option("--cameras", options->cameras, "Cameras to use: none (visual odometry is not there yet)");
-  command->add_flag("--no-lidar", options->no_lidar, "Do without the LiDAR (needs visual odometry)");
+  command->add_option("--cameras", options->cameras, "Cameras to use: all, none (the default), or names with commas between");
+  command->add_flag("--no-lidar", options->no_lidar, "Do without the LiDAR: cameras and IMU alone");
   command->add_flag("--no-loop", options->no_loop, "Do not close loops (none are closed yet)");
-  command->add_option("--compensation", options->compensation, "Panoramic compensation (of visual odometry)")
+  command->add_option("--compensation", options->compensation, "Panoramic compensation of visual odometry")
       ->check(CLI::IsMember({"none", "plane", "ray"}));
   command->add_option("--threads", options->threads, "Number of threads (0: all cores); results do not depend on it")
       ->check(CLI::NonNegativeNumber);

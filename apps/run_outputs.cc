@@ -25,7 +25,7 @@ Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
 Expected<void> RunOutputs::Write(const Slam& slam, const nlohmann::ordered_json& summary) const {
   // The report first: it must be there even when the disk fills up with the map.
   if (auto written = WriteText("summary.json", summary.dump(2) + "\n"); !written) return written;
-  const char* frame = "T_world_body: pose of the body (IMU) at the last firing of each sweep";
+  const char* frame = "T_world_body: pose of the body (IMU) at the last firing of each sweep, or at each set of images without LiDAR";
   if (auto written = WriteTum(slam.odometry(), (folder_ / "odometry.tum").string(), std::string(frame) + ", causal");
       !written) {
     return written;

@@ -28,7 +28,8 @@ ordered_json Vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 ordered_json Messages(const std::map<std::string, mlvi::StreamCounts>& read) {
   ordered_json topics = ordered_json::object();
   for (const auto& [topic, counts] : read) {
-    topics[topic] = {{"in", counts.messages}, {"used", counts.delivered}, {"dropped", counts.dropped},
+    topics[topic] = {{"in", counts.messages}, {"used", counts.delivered}, {"thinned", counts.thinned},
+                     {"dropped", counts.dropped},
                      {"repaired", counts.repaired}};
   }
   return topics;
@@ -82,6 +83,27 @@ ordered_json Odometry(const mlvi::Slam& slam) {
   return odometry;
 }
 
+// The visual odometry: its own figures and, per camera, how much it gives and how well it fits.
+ordered_json Visual(const mlvi::Slam& slam) {
+  if (slam.visual() == nullptr) return nullptr;
+  const mlvi::VisualReport& report = slam.visual()->report();
+  const mlvi::CameraFit& fit = slam.visual()->fit();
+  ordered_json cameras = ordered_json::object();
+  for (std::size_t i = 0; i < fit.names().size(); ++i) {
+    const mlvi::CameraFit::Figures& figures = fit.figures()[i];
+    cameras[fit.names()[i]] = {
+        {"mean_tracks", fit.sets() > 0 ? static_cast<double>(figures.alive) / static_cast<double>(fit.sets()) : 0.0},
+        {"rms_px", figures.rms_px()},
+        {"rejected_share", figures.rejected_share()}};
+  }
+  return {{"image_sets", report.sets},
+          {"image_sets_tracking", report.sets_tracking},
+          {"first_estimate_s", report.first_estimate.valid() ? mlvi::ToString(report.first_estimate) : ""},
+          {"failures", report.failures},
+          {"last_failure", report.last_failure},
+          {"cameras", cameras}};
+}
+
 ordered_json Stages(const mlvi::StageTimes& times) {
   ordered_json stages = ordered_json::object();
   for (const auto& [name, s] : times.Summarize()) {
@@ -133,8 +155,9 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"resets", slam.supervisor().odometry().resets.size()},
           {"loops", slam.graph().loops()},
           {"messages", Messages(facts.read)},
-          {"streams", Streams(slam.supervisor().streams())},
+          {"streams", Streams(slam.Streams())},
           {"odometry", Odometry(slam)},
+          {"visual", Visual(slam)},
           {"stages_ms", Stages(slam.times())},
           {"calibration", Calibration(rig)},
           {"notes", facts.notes},

@@ -116,7 +116,9 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   SequenceOptions sequence = StandardSequence(options.sequence, rig, options.seconds, seed);
   sequence.rest = options.rest;
   Recording recording(sequence);
-  Slam slam(config, recording.rig());
+  Rig used = recording.rig();
+  used.cameras.clear();
+  Slam slam(config, used);
   NeesCollector nees(recording);
   Outcome outcome;
   outcome.seed = seed;

@@ -24,8 +24,9 @@ double Ate(const Trajectory& estimate, const Trajectory& truth) {
 TEST(WalkOs0, StartsInMotionUsesEverySweepAndStaysWithinTheErrorOfThePublishedPoses) {
   const std::string folder = std::string(MLVI_SHARED_DATA_DIR) + "/walk_os0";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not on this machine";
-  const Expected<Rig> rig = LoadRig("walk_os0");
+  Expected<Rig> rig = LoadRig("walk_os0");
   ASSERT_TRUE(rig.has_value()) << rig.error().message;
+  rig->cameras.clear();
   auto source = RosBagSource::Open({folder + "/walk_os0.bag"}, *rig);
   ASSERT_TRUE(source.has_value()) << source.error().message;
   Slam slam(SlamConfig{}, *rig);

@@ -56,6 +56,8 @@ void GraphConfig::Declare(ConfigDeclaration& d) {
           "Variables farther from their linearisation point are linearised anew", {1e-6, 1.0});
   d.Field("loop_loss_scale", loop_loss_scale, "sigma",
           "Loop factors count quadratically up to here (Cauchy): a wrong loop must not bend the map", {0.1, 100.0});
+  d.Field("visual_loss_scale", visual_loss_scale, "sigma",
+          "Factors of visual odometry count quadratically up to here (Cauchy)", {0.1, 100.0});
 }
 
 Matrix6d RelativeInformation(const Matrix6d& a, const Pose3& T_a_b, const Matrix6d& b, double position_sigma,
@@ -92,12 +94,14 @@ bool KeyframeGraph::WantsKeyframe(const NavState& state) const {
 }
 
 Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
-                                         std::span<const ImuSample> imu) {
+                                         std::span<const ImuSample> imu,
+                                         const std::optional<MotionPrior>& visual) {
   const NavState guess = newest_ ? Guess(estimate) : estimate.state;
   const Variables added = AddVariables(guess);
   if (newest_) {
     AddImuFactor(variables_.back(), added, imu, newest_->state.bias);
     AddLidarOdometryFactor(*newest_, variables_.back(), estimate, added);
+    if (visual) AddVisualOdometryFactor(*visual, added);
   } else {
     AddPrior(estimate, added);
   }
@@ -245,6 +249,14 @@ void KeyframeGraph::AddLidarOdometryFactor(const OdometryEstimate& from, const V
                           config_.lidar_position_sigma, config_.lidar_rotation_sigma);
   smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SquareRoot<6>(information)), nullptr,
                       {from_variables.pose, to_variables.pose});
+}
+
+void KeyframeGraph::AddVisualOdometryFactor(const MotionPrior& motion, const Variables& to_variables) {
+  MLVI_CHECK(motion.from == newest_->state.stamp && motion.from < motion.to, "motion from {} to {}, keyframe at {}",
+             ToString(motion.from), ToString(motion.to), ToString(newest_->state.stamp));
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(motion.T_from_to, SqrtInformationOf<6>(motion.covariance)),
+                      std::make_shared<ceres::CauchyLoss>(config_.visual_loss_scale),
+                      {variables_.back().pose, to_variables.pose});
 }
 
 Expected<GraphUpdate> KeyframeGraph::Solve() {

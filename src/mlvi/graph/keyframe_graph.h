@@ -27,6 +27,7 @@ struct GraphConfig {
   double lidar_rotation_sigma = 0.0001;
   double relinearize_threshold = 0.05;
   double loop_loss_scale = 1.0;
+  double visual_loss_scale = 1.0;
   void Declare(ConfigDeclaration& d);
 };
 
@@ -49,10 +50,12 @@ class KeyframeGraph {
 
   // Adds `estimate` as a keyframe with an IMU factor over `imu` (samples from the newest keyframe to this one, as
   // SamplesBetween gives them) and a LiDAR odometry factor weighted per direction by what both registrations could
-  // tell. The first keyframe takes a prior from the estimate's covariance instead.
+  // tell, and a robust factor of the `visual` motion since the newest keyframe, if there is one. The first keyframe
+  // takes a prior from the estimate's covariance instead.
   // Errors (kEstimation) leave the graph as it was.
   Expected<GraphUpdate> Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
-                            std::span<const ImuSample> imu);
+                            std::span<const ImuSample> imu,
+                            const std::optional<MotionPrior>& visual = std::nullopt);
 
   // The same after a loss: no IMU factor over the gap, but what is known of the motion from the newest keyframe by its
   // `gap` covariance (pose chart of `estimate`, may be very large), and what a new start knows by itself: roll, pitch
@@ -87,6 +90,7 @@ class KeyframeGraph {
   void AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu, const ImuBias& bias);
   void AddLidarOdometryFactor(const OdometryEstimate& from, const Variables& from_variables,
                               const OdometryEstimate& to, const Variables& to_variables);
+  void AddVisualOdometryFactor(const MotionPrior& motion, const Variables& to_variables);
   Expected<GraphUpdate> Solve();
   Matrix15d Covariance(const Variables& variables) const;
 

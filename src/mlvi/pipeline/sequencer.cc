@@ -9,17 +9,18 @@
 namespace mlvi {
 namespace {
 
-std::string StreamName(const Measurement& measurement) {
-  if (std::holds_alternative<ImuSample>(measurement)) return "imu";
-  if (std::holds_alternative<LidarSweep>(measurement)) return "lidar";
-  return fmt::format("camera{}", std::get<Image>(measurement).camera);
-}
-
 Time Stamp(const Measurement& measurement) {
   return std::visit([](const auto& m) { return m.stamp; }, measurement);
 }
 
 }  // namespace
+
+std::string Sequencer::StreamName(const Measurement& measurement) const {
+  if (std::holds_alternative<ImuSample>(measurement)) return "imu";
+  if (std::holds_alternative<LidarSweep>(measurement)) return "lidar";
+  const auto camera = static_cast<std::size_t>(std::get<Image>(measurement).camera);
+  return camera < cameras_.size() ? cameras_[camera] : fmt::format("camera{}", camera);
+}
 
 std::vector<Measurement> Sequencer::Push(Measurement measurement) {
   std::vector<Measurement> ordered;

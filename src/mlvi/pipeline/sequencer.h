@@ -35,15 +35,16 @@ struct SequencerConfig {
 //  - a jump far ahead is dropped unless the stream stays there (a second measurement confirms it).
 class Sequencer {
  public:
-  // `events` must outlive the instance.
-  Sequencer(const SequencerConfig& config, const EventBus& events) : config_(config), events_(events) {}
+  // `events` must outlive the instance. `cameras`: names in messages and counts, by index.
+  Sequencer(const SequencerConfig& config, const EventBus& events, std::vector<std::string> cameras = {})
+      : config_(config), events_(events), cameras_(std::move(cameras)) {}
 
   // Takes one measurement in arrival order and returns those that are now in order.
   std::vector<Measurement> Push(Measurement measurement);
   // At the end of the recording: what is still held and covered by the IMU leaves, the rest is counted as dropped.
   std::vector<Measurement> Flush();
 
-  // reason -> count, by stream ("imu", "lidar", "camera0").
+  // reason -> count, by stream ("imu", "lidar", the name of a camera).
   const std::map<std::string, std::map<std::string, std::int64_t>>& dropped() const { return dropped_; }
 
  private:
@@ -53,6 +54,7 @@ class Sequencer {
     Time ahead;           // a stamp too far in the future, waiting for confirmation
   };
 
+  std::string StreamName(const Measurement& measurement) const;
   bool Admit(const std::string& name, Time stamp);
   void Drop(const std::string& name, const std::string& reason, Time stamp, const std::string& message);
   void ReleaseCovered(std::vector<Measurement>& ordered);
@@ -60,6 +62,7 @@ class Sequencer {
 
   SequencerConfig config_;
   const EventBus& events_;
+  std::vector<std::string> cameras_;
   std::map<std::string, Stream> streams_;
   Time newest_imu_;
   std::deque<Measurement> waiting_;  // sweeps and images in order of their last instant

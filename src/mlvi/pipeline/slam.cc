@@ -14,6 +14,12 @@ namespace {
 // More than the longest start (start.max_span) and the longest factor (graph.keyframe_interval) need.
 constexpr Duration kImuMemory = Duration::FromMilliseconds(120'000);
 
+std::vector<std::string> CameraNames(const Rig& rig) {
+  std::vector<std::string> names;
+  for (const CameraSpec& camera : rig.cameras) names.push_back(camera.name);
+  return names;
+}
+
 }  // namespace
 
 void SlamConfig::Declare(ConfigDeclaration& d) {
@@ -23,19 +29,22 @@ void SlamConfig::Declare(ConfigDeclaration& d) {
   d.Field("feedback", feedback, {"never", "after_loops", "always"},
           "When the graph's correction is applied to the causal poses");
   d.Section("supervisor", supervisor);
+  visual.Declare(d);
 }
 
 Slam::Slam(const SlamConfig& config, const Rig& rig)
     : config_(config),
       rig_(rig),
       times_(std::make_unique<StageTimes>()),
-      sequencer_(config.sequencer, events_),
+      sequencer_(config.sequencer, events_, CameraNames(rig)),
       supervisor_(config.supervisor, rig, events_),
-      lio_(config.lio, rig, *times_),
       graph_(config.graph, rig),
       imu_(kImuMemory) {
   const Expected<void> agree = ConfigDeclaration::Of(config_).Check();
   MLVI_CHECK(agree.has_value(), "{}", agree ? "" : agree.error().message);
+  MLVI_CHECK(rig.lidar || !rig.cameras.empty(), "rig '{}' has neither LiDAR nor camera", rig.name);
+  if (rig.lidar) lio_.emplace(config.lio, rig, *times_);
+  if (!rig.cameras.empty()) visual_.emplace(config.visual, rig, *times_, events_);
 }
 
 void Slam::Process(const Measurement& measurement) {
@@ -44,6 +53,10 @@ void Slam::Process(const Measurement& measurement) {
 
 void Slam::Finish() {
   for (const Measurement& ordered : sequencer_.Flush()) ProcessOrdered(ordered);
+  if (visual_) {
+    for (const ImageSet& set : visual_->Flush()) ProcessImages(set);
+    visual_->Conclude(sequencer_.dropped());
+  }
   supervisor_.AddDropped(sequencer_.dropped());
   supervisor_.Conclude();
 }
@@ -52,14 +65,19 @@ void Slam::ProcessOrdered(const Measurement& measurement) {
   if (const auto* sample = std::get_if<ImuSample>(&measurement)) {
     ProcessImu(*sample);
   } else if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) {
-    ProcessSweep(*sweep);
+    if (lio_) ProcessSweep(*sweep);
+  } else if (visual_) {
+    for (const ImageSet& set : visual_->Collect(std::get<Image>(measurement))) ProcessImages(set);
   }
 }
 
 void Slam::ProcessImu(const ImuSample& sample) {
   supervisor_.Observe(sample);
   imu_.Add(sample);
-  if (!imu_needed_from_.valid()) imu_needed_from_ = sample.stamp;
+  if (!imu_needed_from_.valid()) imu_needed_from_ = images_needed_from_ = sample.stamp;
+  if (visual_) {
+    for (const ImageSet& set : visual_->Advance(sample.stamp)) ProcessImages(set);
+  }
   if (!current_ || sample.stamp <= current_->stamp) return;
   const std::vector<ImuSample> step = imu_.Between(current_->stamp, sample.stamp);
   current_ = Predict(*current_, Preintegrate(step, current_->bias, rig_.imu), rig_.gravity);
@@ -67,12 +85,24 @@ void Slam::ProcessImu(const ImuSample& sample) {
 
 void Slam::ProcessSweep(const LidarSweep& sweep) {
   const StageTimes::Scope scope(*times_, "sweep");
-  const LioResult result = lio_.Process(sweep, imu_.Between(imu_needed_from_, sweep.end()));
+  const LioResult result = lio_->Process(sweep, imu_.Between(imu_needed_from_, sweep.end()));
   imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
   supervisor_.Observe(sweep, result);
   if (result.lost) current_.reset();
   if (result.gap) gap_ = result.gap;
   for (std::size_t i = 0; i < result.estimates.size(); ++i) TakeEstimate(result.estimates[i], result.clouds[i]);
+  if (visual_ && !result.estimates.empty()) visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
+}
+
+// With a LiDAR the visual estimate stands beside the LiDAR's, which starts it and gives it depth; alone it is the
+// odometry.
+void Slam::ProcessImages(const ImageSet& set) {
+  const StageTimes::Scope scope(*times_, "image_set");
+  const VioResult result = visual_->Process(set, imu_.Between(images_needed_from_, set.stamp));
+  images_needed_from_ = set.stamp;
+  if (lio_ || !result.estimate) return;
+  if (result.motion) visual_motion_.Extend(*result.motion);
+  TakeEstimate(*result.estimate, nullptr);
 }
 
 void Slam::TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
@@ -106,7 +136,8 @@ void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<c
     return;
   }
   gap_.reset();
-  imu_.TrimBefore(estimate.state.stamp);
+  visual_motion_.Restart(estimate.state.stamp);
+  imu_.TrimBefore(visual_ ? std::min(estimate.state.stamp, images_needed_from_) : estimate.state.stamp);
   if (TakesFeedback()) {
     T_world_odometry_ = update->newest.T_world_body * estimate.state.T_world_body.inverse();
   }
@@ -117,12 +148,19 @@ Expected<GraphUpdate> Slam::AddToGraph(const OdometryEstimate& estimate,
   if (graph_.keyframes().empty()) return graph_.Add(estimate, cloud, {});
   if (gap_) return graph_.AddAfterGap(estimate, cloud, *gap_);
   const Time from = graph_.keyframes().back().state.stamp;
-  return graph_.Add(estimate, cloud, imu_.Between(from, estimate.state.stamp));
+  return graph_.Add(estimate, cloud, imu_.Between(from, estimate.state.stamp),
+                    visual_motion_.To(estimate.state.stamp));
 }
 
 bool Slam::TakesFeedback() const {
   return config_.feedback == GraphFeedback::kAlways ||
          (config_.feedback == GraphFeedback::kAfterLoops && graph_.loops() > 0);
+}
+
+std::map<std::string, StreamReport> Slam::Streams() const {
+  std::map<std::string, StreamReport> streams = supervisor_.streams();
+  if (visual_) streams.merge(visual_->Streams());
+  return streams;
 }
 
 Trajectory Slam::SmoothedTrajectory() const {

@@ -17,8 +17,10 @@
 #include "mlvi/graph/keyframe_graph.h"
 #include "mlvi/lio/lio.h"
 #include "mlvi/pipeline/imu_buffer.h"
+#include "mlvi/pipeline/motion_chain.h"
 #include "mlvi/pipeline/sequencer.h"
 #include "mlvi/pipeline/supervisor.h"
+#include "mlvi/pipeline/visual_odometry.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
 #include "mlvi/state/estimates.h"
@@ -33,13 +35,15 @@ struct SlamConfig {
   LioConfig lio;
   GraphConfig graph;
   GraphFeedback feedback = GraphFeedback::kAfterLoops;
+  VisualConfig visual;
   SupervisorConfig supervisor;
   void Declare(ConfigDeclaration& d);
 };
 
 class Slam {
  public:
-  // `config` must pass ConfigDeclaration::Check; `rig` must be valid (Rig::Validate) and have a LiDAR.
+  // `config` must pass ConfigDeclaration::Check; `rig` must be valid (Rig::Validate) and have a LiDAR or a
+  // camera; all its sensors are used. With a LiDAR its odometry is the estimate; cameras alone give one, too.
   Slam(const SlamConfig& config, const Rig& rig);
 
   // Takes one measurement in arrival order.
@@ -50,7 +54,7 @@ class Slam {
   // Events reach subscribers while Process runs.
   EventBus& events() { return events_; }
 
-  // T_world_body at the last firing of each sweep, causal: as it was when the sweep came in, with the correction by the
+  // T_world_body at the last firing of each sweep (without LiDAR: at each set of images), causal: as it was when the sweep came in, with the correction by the
   // graph that was known then (SlamConfig::feedback).
   const Trajectory& odometry() const { return odometry_; }
   // The same instants after smoothing: every sweep moves with its keyframe.
@@ -67,6 +71,10 @@ class Slam {
 
   const KeyframeGraph& graph() const { return graph_; }
   const Supervisor& supervisor() const { return supervisor_; }
+  // Null without cameras.
+  const VisualOdometry* visual() const { return visual_ ? &*visual_ : nullptr; }
+  // Every stream by name, those of the cameras included.
+  std::map<std::string, StreamReport> Streams() const;
   const StageTimes& times() const { return *times_; }
 
  private:
@@ -80,6 +88,7 @@ class Slam {
   void ProcessOrdered(const Measurement& measurement);
   void ProcessImu(const ImuSample& sample);
   void ProcessSweep(const LidarSweep& sweep);
+  void ProcessImages(const ImageSet& set);
   void TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
   void AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
   bool TakesFeedback() const;
@@ -92,10 +101,13 @@ class Slam {
   std::unique_ptr<StageTimes> times_;  // stable address: Lio keeps a reference
   Sequencer sequencer_;
   Supervisor supervisor_;
-  Lio lio_;
+  std::optional<Lio> lio_;
+  std::optional<VisualOdometry> visual_;
   KeyframeGraph graph_;
   ImuBuffer imu_;
-  Time imu_needed_from_;  // start of the next interval to be handed to the odometry
+  Time imu_needed_from_;     // start of the next interval to be handed to the LiDAR odometry
+  Time images_needed_from_;  // the same of the visual odometry
+  MotionChain visual_motion_;  // of the odometry from images alone, since the newest keyframe
   Pose3 T_world_odometry_;
   std::optional<Matrix6d> gap_;  // LioResult::gap, until a keyframe stands behind it
   Trajectory odometry_;

@@ -148,6 +148,7 @@ void Supervisor::ObserveGap(const std::string& name, Time previous, Time now, do
 
 void Supervisor::AddDropped(const std::map<std::string, std::map<std::string, std::int64_t>>& dropped) {
   for (const auto& [name, reasons] : dropped) {
+    if (!streams_.contains(name)) continue;  // a camera: CameraWatch takes it over
     for (const auto& [reason, count] : reasons) {
       streams_[name].dropped[reason] += count;
       streams_[name].received += count;

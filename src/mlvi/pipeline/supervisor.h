@@ -11,6 +11,7 @@
 
 #include "mlvi/base/config.h"
 #include "mlvi/lio/lio.h"
+#include "mlvi/pipeline/stream_report.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
 #include "mlvi/state/health.h"
@@ -23,16 +24,6 @@ struct SupervisorConfig {
   int lost_after = 10;            // sweeps
   double degraded_share = 0.2;
   void Declare(ConfigDeclaration& d);
-};
-
-// Figures of one stream or subsystem for the report.
-struct StreamReport {
-  std::int64_t received = 0;
-  std::int64_t used = 0;
-  std::map<std::string, std::int64_t> dropped;  // reason -> count
-  std::int64_t gaps = 0;
-  double longest_gap = 0.0;  // s
-  Health health;
 };
 
 // Track was lost and a new start begun.

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mlvi/state/health.h"
+#include "mlvi/vio/vio.h"
+
+namespace mlvi {
+
+// How well each camera agrees with the common motion: the residuals of its features in the window and the share of its
+// tracks that the RANSAC turns down. One camera that stands out has a wrong calibration, most likely.
+class CameraFit {
+ public:
+  struct Figures {
+    std::int64_t followed = 0;   // observations of tracks, rejected ones included
+    std::int64_t rejected = 0;   // of these, against the common motion
+    std::int64_t alive = 0;      // sum over the sets
+    double squares = 0.0;        // px^2, sum over sets of the mean squared residual per axis
+    std::int64_t rated_sets = 0; // with residuals
+    double rms_px() const;
+    double rejected_share() const;
+  };
+
+  explicit CameraFit(std::vector<std::string> names) : names_(std::move(names)), figures_(names_.size()) {}
+
+  void Add(const VioResult& result);
+  // Healthy, or degraded with the figures of this camera and of the others.
+  Health Judge(int camera) const;
+
+  const std::vector<Figures>& figures() const { return figures_; }
+  const std::vector<std::string>& names() const { return names_; }
+  std::int64_t sets() const { return sets_; }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<Figures> figures_;
+  std::int64_t sets_ = 0;
+};
+
+}  // namespace mlvi

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/pipeline/camera_fit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace mlvi {
+namespace {
+
+using ::testing::HasSubstr;
+
+// One set of three cameras with these residuals and outliers.
+VioResult Result(std::vector<double> rms, std::vector<int> outliers) {
+  VioResult result;
+  result.status = VioResult::Status::kTracking;
+  result.camera_rms_px = std::move(rms);
+  for (const int count : outliers) {
+    result.tracking.cameras.push_back({.followed = 50 - count, .lost = 0, .outliers = count, .alive = 50});
+  }
+  return result;
+}
+
+CameraFit After(int sets, const VioResult& result) {
+  CameraFit fit({"left", "right", "back"});
+  for (int i = 0; i < sets; ++i) fit.Add(result);
+  return fit;
+}
+
+TEST(CameraFit, CamerasThatAgreeAreHealthy) {
+  const CameraFit fit = After(20, Result({0.5, 0.7, 0.9}, {1, 2, 3}));
+  for (int camera = 0; camera < 3; ++camera) EXPECT_EQ(fit.Judge(camera).level, HealthLevel::kHealthy);
+  EXPECT_NEAR(fit.figures()[1].rms_px(), 0.7, 1e-12);
+  EXPECT_NEAR(fit.figures()[2].rejected_share(), 0.06, 1e-12);
+}
+
+TEST(CameraFit, TheOneWithLargeResidualsIsNamedWithFigures) {
+  const CameraFit fit = After(20, Result({0.5, 2.4, 0.6}, {1, 4, 1}));
+  EXPECT_EQ(fit.Judge(1).level, HealthLevel::kDegraded);
+  EXPECT_THAT(fit.Judge(1).reason, HasSubstr("residuals 2.40 px rms (others 0.60), 8 % of its tracks rejected"));
+  EXPECT_EQ(fit.Judge(0).level, HealthLevel::kHealthy);
+  EXPECT_EQ(fit.Judge(2).level, HealthLevel::kHealthy);
+}
+
+TEST(CameraFit, TheOneWhoseTracksAreRejectedIsNamed) {
+  const CameraFit fit = After(20, Result({0.5, 0.6, 0.6}, {1, 1, 20}));
+  EXPECT_THAT(fit.Judge(2).reason, HasSubstr("40 % of its tracks rejected (others 2 %)"));
+}
+
+TEST(CameraFit, OneCameraAloneOrTooFewObservationsSayNothing) {
+  CameraFit alone({"only"});
+  for (int i = 0; i < 20; ++i) alone.Add(Result({5.0}, {30}));
+  EXPECT_EQ(alone.Judge(0).level, HealthLevel::kHealthy);
+  EXPECT_EQ(After(2, Result({0.5, 9.0, 0.6}, {0, 20, 0})).Judge(1).level, HealthLevel::kHealthy);
+}
+
+}  // namespace
+}  // namespace mlvi
