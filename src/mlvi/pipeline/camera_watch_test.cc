@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "mlvi/base/random.h"
 
 namespace mlvi {
@@ -17,11 +19,15 @@ using ::testing::IsEmpty;
 class CameraWatchTest : public ::testing::Test {
  protected:
   CameraWatchTest() {
-    for (const char* name : {"left", "right"}) {
-      rig_.cameras.emplace_back();
-      rig_.cameras.back().name = name;
-    }
     events_.Subscribe([this](const Event& event) { messages_.push_back(event.source + " " + event.message); });
+  }
+  static Rig TwoCameras() {
+    Rig rig;
+    for (const char* name : {"left", "right"}) {
+      rig.cameras.emplace_back();
+      rig.cameras.back().name = name;
+    }
+    return rig;
   }
   static Time At(double seconds) { return Time::FromSeconds(10.0 + seconds); }
   // A picture of grey values around `level`, different each time.
@@ -44,10 +50,9 @@ class CameraWatchTest : public ::testing::Test {
     return watch_.Reports().at(camera);
   }
 
-  Rig rig_;
   EventBus events_;
   std::vector<std::string> messages_;
-  CameraWatch watch_{CameraWatchConfig{}, rig_, events_};
+  CameraWatch watch_{CameraWatchConfig{}, TwoCameras(), events_};
   RandomStream random_{1};
 };
 

@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// `mlvi run` with cameras, as its users meet it: one recording with two small cameras, played whole and with faults.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "mlvi/eval/evaluation.h"
+#include "mlvi/io/bag_writer.h"
+#include "mlvi/io/rig_file.h"
+#include "mlvi/io/tum.h"
+#include "mlvi/sensors/camera_model.h"
+#include "mlvi/sim/recording.h"
+#include "temporary_folder.h"
+
+namespace mlvi {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double kSeconds = 7.0;  // 2 of them at rest
+constexpr double kImageRate = 10.0;
+
+// The M2DGR rig with two of its lenses at a quarter of their resolution.
+Rig SmallRig() {
+  Rig rig = *LoadRig("m2dgr");
+  rig.cameras.resize(2);
+  rig.cameras[0].name = "left";
+  rig.cameras[1].name = "right";
+  for (CameraSpec& camera : rig.cameras) {
+    camera.topic = "/" + camera.name;  // raw images: a JPEG of this size shows its blocks
+    camera.model = *MakeCameraModel("equidistant", 320, 256, {135, 135, 157, 127}, {-0.07, 0.0086, -0.022, 0.0074});
+    camera.valid_radius_px = 0.0;
+    camera.rate_hz = kImageRate;
+  }
+  return rig;
+}
+
+SequenceOptions Options() {
+  SequenceOptions options = StandardSequence("courtyard-easy", SmallRig(), kSeconds, 5);
+  options.rig = MakeSimulatedRig(SmallRig(), false, 5);  // exact mounts
+  options.cameras = {"left", "right"};
+  options.image_rate = kImageRate;
+  return options;
+}
+
+// One recording for all tests of the program: tracing it takes seconds.
+struct Played {
+  Rig rig;
+  std::vector<Measurement> measurements;
+  Trajectory truth;  // 100 Hz
+};
+
+const Played& Original() {
+  static const Played played = [] {
+    Recording recording(Options());
+    Played result{.rig = recording.rig()};
+    for (auto next = recording.Next(); next && *next; next = recording.Next()) {
+      result.measurements.push_back(std::move(**next));
+    }
+    for (Time t = recording.begin(); t < recording.end(); t = t + Duration::FromMilliseconds(10)) {
+      result.truth.push_back({t, recording.GroundTruth(t).T_world_body});
+    }
+    return result;
+  }();
+  return played;
+}
+
+class VisualRun : public ::testing::Test {
+ protected:
+  // Writes the recording; `change` sees each image with its time since the beginning (s), may alter it, and tells
+  // whether it is kept.
+  void Write(const std::function<bool(Image&, double)>& change = [](Image&, double) { return true; }) {
+    auto writer = BagWriter::Create(Path("recording.bag"), Original().rig);
+    ASSERT_TRUE(writer) << writer.error().message;
+    for (Measurement measurement : Original().measurements) {
+      auto* image = std::get_if<Image>(&measurement);
+      if (image != nullptr && !change(*image, (image->stamp - Options().begin).seconds())) continue;
+      ASSERT_TRUE((*writer)->Write(measurement));
+    }
+    ASSERT_TRUE((*writer)->Close());
+    ASSERT_TRUE(SaveRig(Original().rig, Path("rig.yaml")));
+  }
+
+  // Half a second without images.
+  void WriteWithoutImages() {
+    SequenceOptions options = Options();
+    options.cameras.clear();
+    options.seconds = 0.5;
+    Recording recording(options);
+    auto writer = BagWriter::Create(Path("recording.bag"), recording.rig());
+    ASSERT_TRUE(writer) << writer.error().message;
+    for (auto next = recording.Next(); next && *next; next = recording.Next()) {
+      ASSERT_TRUE((*writer)->Write(**next));
+    }
+    ASSERT_TRUE((*writer)->Close());
+    ASSERT_TRUE(SaveRig(recording.rig(), Path("rig.yaml")));
+  }
+
+  int Run(const std::string& arguments) {
+    const std::string command = std::string(MLVI_BINARY) + " run " + Path("recording.bag") + " --rig " +
+                                Path("rig.yaml") + " -o " + Path("result") + " " + arguments + " 2>&1";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    output_.clear();
+    char buffer[4096];
+    while (const std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) output_.append(buffer, n);
+    const int code = WEXITSTATUS(pclose(pipe));
+    summary_ = nlohmann::json::parse(Read("summary.json"), nullptr, false);
+    return code;
+  }
+
+  void ExpectCamerasAloneToDo();
+  void ExpectFaultsToBeReportedAndSurvived();
+  void ExpectNoChangeOfTheLidarsEstimate();
+
+  std::string Path(const std::string& name) const { return (temporary_.path() / name).string(); }
+  std::string Read(const std::string& name) const {
+    std::ifstream file(temporary_.path() / "result" / name, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  // se3-aligned rmse of a trajectory of at least `poses` poses, m.
+  double Ate(const std::string& name, std::size_t poses) const {
+    const auto estimate = ReadTum(Path("result/" + name));
+    if (!estimate || estimate->size() < poses) return 1e9;
+    const auto evaluation = Evaluate(*estimate, Original().truth, {});
+    return evaluation ? evaluation->absolute_translation.rmse : 1e9;
+  }
+
+  test::TemporaryFolder temporary_{"visual_run"};
+  std::string output_;
+  nlohmann::json summary_;
+};
+
+void VisualRun::ExpectCamerasAloneToDo() {
+  Write();
+  ASSERT_EQ(Run("--no-lidar --cameras all --threads 1"), 0) << output_;
+  EXPECT_EQ(summary_["status"], "ok") << summary_["reason"];
+  // 5 % of 5 m: pixels of 0.4 degrees, and the scale comes from five seconds of a calm walk.
+  EXPECT_LT(Ate("odometry.tum", 40), 0.25);
+  EXPECT_LT(Ate("trajectory.tum", 40), 0.25);
+  EXPECT_GT(summary_["keyframes"].get<double>(), 3.0);
+  EXPECT_EQ(summary_["visual"]["failures"], 0);
+  EXPECT_GT(summary_["stages_ms"]["image_set"]["count"].get<int>(), 60);
+  const std::string odometry = Read("odometry.tum"), trajectory = Read("trajectory.tum");
+  ASSERT_EQ(Run("--no-lidar --cameras all --threads 2"), 0) << output_;
+  EXPECT_TRUE(odometry == Read("odometry.tum"));
+  EXPECT_TRUE(trajectory == Read("trajectory.tum"));
+  // One camera is enough.
+  ASSERT_EQ(Run("--no-lidar --cameras left"), 0) << output_;
+  EXPECT_LT(Ate("trajectory.tum", 40), 0.4);
+  EXPECT_FALSE(summary_["streams"].contains("right"));
+}
+
+void VisualRun::ExpectFaultsToBeReportedAndSurvived() {
+  Write([](Image& image, double t) { return image.camera != 1 || t < 3.5; });
+  ASSERT_EQ(Run("--no-lidar --cameras all"), 0) << output_;
+  EXPECT_EQ(summary_["status"], "degraded");
+  EXPECT_EQ(summary_["streams"]["right"]["health"], "failed");
+  EXPECT_EQ(summary_["streams"]["left"]["health"], "healthy");
+  EXPECT_THAT(output_, HasSubstr("silent"));
+  EXPECT_LT(Ate("trajectory.tum", 40), 0.4);
+
+  Write([](Image&, double t) { return t < 3.5 || t > 5.5; });
+  ASSERT_EQ(Run("--no-lidar --cameras all"), 0) << output_;
+  EXPECT_EQ(summary_["status"], "degraded");
+  EXPECT_EQ(summary_["streams"]["left"]["gaps"], 1);
+  EXPECT_LT(Ate("trajectory.tum", 25), 0.5);
+
+  Image frozen;
+  Write([&](Image& image, double t) {
+    if (image.camera != 1 || t < 3.5) return true;
+    if (frozen.pixels.empty()) frozen = image;
+    image.pixels = frozen.pixels;
+    return true;
+  });
+  ASSERT_EQ(Run("--no-lidar --cameras all"), 0) << output_;
+  EXPECT_THAT(summary_["streams"]["right"]["reason"].get<std::string>(), HasSubstr("frozen in"));
+  EXPECT_LT(Ate("trajectory.tum", 40), 0.4);
+}
+
+void VisualRun::ExpectNoChangeOfTheLidarsEstimate() {
+  Write();
+  ASSERT_EQ(Run(""), 0) << output_;
+  EXPECT_TRUE(summary_["visual"].is_null());
+  const std::string odometry = Read("odometry.tum"), trajectory = Read("trajectory.tum");
+  ASSERT_EQ(Run("--cameras all"), 0) << output_;
+  EXPECT_TRUE(odometry == Read("odometry.tum"));
+  EXPECT_TRUE(trajectory == Read("trajectory.tum"));
+  EXPECT_GT(summary_["visual"]["image_sets_tracking"].get<int>(), 40);
+}
+
+// ctest runs every case in a process of its own, and tracing the recording is what takes the time: one case.
+TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
+  ExpectCamerasAloneToDo();
+  ExpectFaultsToBeReportedAndSurvived();
+  ExpectNoChangeOfTheLidarsEstimate();
+}
+
+TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
+  WriteWithoutImages();
+  EXPECT_EQ(Run("--cameras lefft"), 1);
+  EXPECT_THAT(output_, HasSubstr("has no camera 'lefft', it has left, right; did you mean 'left'?"));
+  EXPECT_EQ(Run("--cameras left,left"), 1);
+  EXPECT_THAT(output_, HasSubstr("'left' is given twice"));
+  EXPECT_EQ(Run("--no-lidar"), 1);
+  EXPECT_THAT(output_, HasSubstr("leaves nothing to see with"));
+  EXPECT_EQ(Run("--cameras left"), 2);
+  EXPECT_THAT(output_, HasSubstr("camera topic '/left'"));
+  EXPECT_EQ(Run("--cameras all --compensation sphere"), 1);
+  EXPECT_THAT(output_, HasSubstr("sphere"));
+}
+
+}  // namespace
+}  // namespace mlvi
