@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "mlvi/base/parallel.h"
 #include "mlvi/vio/testing.h"
+#include "mlvi/vio/window_features.h"
 
 namespace mlvi {
 namespace {
@@ -12,6 +14,7 @@ namespace {
 WindowConfig ConfigFor(const test::SyntheticOptions& options) {
   WindowConfig config;
   config.pixel_sigma = options.pixel_noise;
+  config.pixel_drift = options.drift;
   return config;
 }
 
@@ -31,6 +34,168 @@ TEST(SlidingWindowTest, StaysWithTheTruth) {
   EXPECT_GT(run.estimates.back().rms_px, 0.8 * options.pixel_noise);
   EXPECT_LT(run.estimates.back().rms_px, 1.42 * options.pixel_noise);
   EXPECT_GT(run.keyframes, 15);
+}
+
+struct Errors {
+  double nees = 0.0;      // mean of the pose's
+  double position = 0.0;  // m, rms at the end
+};
+
+Errors RunSeeds(test::SyntheticOptions options, const WindowConfig& config, int seeds,
+                const test::BeforeSolving& before_solving = {}) {
+  Errors errors;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    options.seed = static_cast<std::uint64_t>(seed);
+    const test::SyntheticRun run = test::RunWindow(options, config, {}, before_solving);
+    errors.nees += run.LastPoseNees() / seeds;
+    errors.position += run.LastError().segment<3>(nav_index::kPosition).squaredNorm() / seeds;
+  }
+  errors.position = std::sqrt(errors.position);
+  return errors;
+}
+
+// Errors are as large as the covariance says. 99 % of means of 12 chi-square values of 6 degrees of
+// freedom lie within 3.7 and 8.9.
+TEST(SlidingWindowTest, IsConsistentUnderWhiteNoise) {
+  test::SyntheticOptions options;
+  options.seconds = 4.0;
+  options.budget = 100;
+  options.pixel_noise = 0.1;
+  const Errors errors = RunSeeds(options, ConfigFor(options), 12);
+  EXPECT_GT(errors.nees, 3.7);
+  EXPECT_LT(errors.nees, 8.9);
+}
+
+// Tracks that slip off have errors that add up from set to set, which is modelled as a variance
+// that grows, without the correlation in time. That costs some of the consistency, but not all of
+// it.
+TEST(SlidingWindowTest, IsNearlyConsistentWithSlippingTracks) {
+  test::SyntheticOptions options;
+  options.seconds = 4.0;
+  options.budget = 100;
+  options.pixel_noise = 0.3;
+  options.drift = 0.15;
+  const Errors errors = RunSeeds(options, ConfigFor(options), 10);
+  EXPECT_LT(errors.nees, 12.0);
+}
+
+TEST(SlidingWindowTest, LidarDepthKeepsTheScale) {
+  test::SyntheticOptions options;
+  options.seconds = 5.0;
+  options.budget = 100;
+  const auto measure = [](test::SyntheticRecording& recording, SlidingWindow& window) {
+    for (WindowFeature& feature : window.window().features) {
+      if (feature.lidar || feature.observations.back().frame != recording.frame()) continue;
+      RandomStream random(static_cast<std::uint64_t>(feature.track.value()), "lidar");
+      const double depth = recording.TrueDepth(feature.track) + 0.03 * random.Normal();
+      SetLidarDepth(feature, depth, 0.03, window.window(), window.config());
+    }
+  };
+  const Errors without = RunSeeds(options, ConfigFor(options), 4);
+  const Errors with = RunSeeds(options, ConfigFor(options), 4, measure);
+  EXPECT_LT(with.position, 0.7 * without.position);
+}
+
+TEST(SlidingWindowTest, FindsTheExtrinsicsOfEveryCamera) {
+  test::SyntheticOptions options;
+  options.seconds = 10.0;
+  const Eigen::Vector3d turn = M_PI / 180.0 * Eigen::Vector3d(0.6, -0.5, 0.62);  // 1 degree
+  options.T_nominal_true = Pose3(ExpSo3(turn), {0.006, -0.005, 0.0062});         // 1 cm
+  WindowConfig config = ConfigFor(options);
+  config.extrinsics = ExtrinsicsCalibration::kCameras;
+  config.extrinsics_rotation_sigma = 0.02;
+  const test::SyntheticRun run = test::RunWindow(options, config);
+  const test::SyntheticRecording nominal(options);
+  for (int i = 0; i < options.cameras; ++i) {
+    const Pose3 truth = nominal.model().T_pano_camera(i) * options.T_nominal_true;
+    const Vector6d error =
+        BoxMinus(run.calibration.T_pano_camera[static_cast<std::size_t>(i)], truth);
+    EXPECT_LT(error.tail<3>().norm(), 0.1 * M_PI / 180.0) << "camera " << i;
+    EXPECT_LT(error.head<3>().norm(), 0.003) << "camera " << i;
+  }
+}
+
+TEST(SlidingWindowTest, FindsTheTimeOffset) {
+  test::SyntheticOptions options;
+  options.seconds = 5.0;
+  options.time_offset = 0.010;
+  WindowConfig config = ConfigFor(options);
+  config.time_offset = true;
+  config.time_offset_sigma = 0.02;
+  const test::SyntheticRun run = test::RunWindow(options, config);
+  EXPECT_NEAR(run.calibration.time_offset, options.time_offset, 0.001);
+}
+
+// Standing still tells nothing about lever arms and offsets: they stay where the rig file has them.
+TEST(SlidingWindowTest, LeavesCalibrationAloneAtRest) {
+  test::SyntheticOptions options;
+  options.seconds = 5.0;
+  options.walk.yaw_rate = 0.0;
+  options.walk.sway_amplitude.setZero();
+  options.walk.velocity.setZero();
+  options.walk.position_amplitude.setZero();
+  WindowConfig config = ConfigFor(options);
+  config.extrinsics = ExtrinsicsCalibration::kCameras;
+  config.time_offset = true;
+  const test::SyntheticRun run = test::RunWindow(options, config);
+  const test::SyntheticRecording nominal(options);
+  EXPECT_NEAR(run.calibration.time_offset, 0.0, config.time_offset_sigma);
+  for (int i = 0; i < options.cameras; ++i) {
+    const Vector6d error = BoxMinus(run.calibration.T_pano_camera[static_cast<std::size_t>(i)],
+                                    nominal.model().T_pano_camera(i));
+    EXPECT_LT(error.tail<3>().norm(), config.extrinsics_rotation_sigma) << "camera " << i;
+    EXPECT_LT(error.head<3>().norm(), config.extrinsics_translation_sigma) << "camera " << i;
+  }
+  EXPECT_LT(run.LastError().segment<3>(nav_index::kPosition).norm(), 0.1);
+}
+
+TEST(SlidingWindowTest, HasTheSameBitsAtAnyNumberOfThreads) {
+  test::SyntheticOptions options;
+  options.seconds = 2.0;
+  const auto run = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return test::RunWindow(options, ConfigFor(options));
+  };
+  const test::SyntheticRun one = run(1), two = run(2);
+  ASSERT_EQ(one.estimates.size(), two.estimates.size());
+  for (std::size_t i = 0; i < one.estimates.size(); ++i) {
+    const OdometryEstimate &a = one.estimates[i].newest, &b = two.estimates[i].newest;
+    ASSERT_EQ(a.state.T_world_body.matrix(), b.state.T_world_body.matrix()) << "set " << i;
+    ASSERT_EQ(a.covariance, b.covariance) << "set " << i;
+  }
+}
+
+// Relative motion is much better known than either pose, and as well as it says.
+TEST(SlidingWindowTest, MotionHasItsOwnCovariance) {
+  test::SyntheticOptions options;
+  options.seconds = 4.0;
+  const test::SyntheticRun run = test::RunWindow(options, ConfigFor(options));
+  double nees = 0.0;
+  int count = 0;
+  for (std::size_t i = 20; i < run.estimates.size(); ++i) {
+    const auto& motion = run.estimates[i].motion;
+    ASSERT_TRUE(motion.has_value());
+    EXPECT_EQ(motion->from, run.truth[i - 1].stamp);
+    const Pose3 truth = run.truth[i - 1].T_world_body.inverse() * run.truth[i].T_world_body;
+    const Vector6d error = BoxMinus(truth, motion->T_from_to);
+    nees += error.dot(motion->covariance.llt().solve(error));
+    ++count;
+  }
+  // Errors of neighbouring motions are correlated: a wide band.
+  EXPECT_GT(nees / count, 2.0);
+  EXPECT_LT(nees / count, 15.0);
+}
+
+TEST(KeyframePolicyTest, RotationAloneIsNoNovelty) {
+  test::SyntheticOptions options;
+  options.seconds = 2.0;
+  options.offset = 0.0;
+  options.walk.velocity.setZero();
+  options.walk.position_amplitude.setZero();
+  options.walk.sway_amplitude *= 0.2;  // tracks stay in view
+  options.walk.yaw_rate = 0.1;
+  const test::SyntheticRun run = test::RunWindow(options, ConfigFor(options));
+  EXPECT_LE(run.keyframes, 3);
 }
 
 }  // namespace

@@ -31,6 +31,8 @@ struct SyntheticOptions {
   double set_rate = 20.0;  // Hz
   // px, of every observation but the first of a track: what a tracker follows is what it saw first.
   double pixel_noise = 0.5;
+  double anchor_noise = 0.0;  // px, of the first one
+  double drift = 0.0;         // px, of the tracked place from one set to the next
   double min_distance = 1.5, max_distance = 8.0;  // m, of points from the path
   double seconds = 10.0;
   double time_offset = 0.0;  // s; images are taken this much later than stamped
@@ -167,11 +169,11 @@ class SyntheticRecording {
 
   // The noisy pixel of a point, lifted by the estimator's model.
   std::optional<PanoramicObservation> Observe(int camera, const Eigen::Vector3d& point,
-                                              double noise) {
+                                              double noise, const Eigen::Vector2d& offset) {
     const auto pixel = model_->camera(camera).Project(CameraPose(camera).inverse() * point);
     if (!pixel || !model_->Usable(camera, *pixel)) return std::nullopt;
-    return model_->Lift(camera,
-                        *pixel + noise * Eigen::Vector2d(random_.Normal(), random_.Normal()));
+    return model_->Lift(
+        camera, *pixel + offset + noise * Eigen::Vector2d(random_.Normal(), random_.Normal()));
   }
 
   void FollowTracks() {
@@ -181,8 +183,10 @@ class SyntheticRecording {
     }
     for (const TrackId id : alive) {
       const int camera = tracks_.Find(id)->last().camera;
+      Eigen::Vector2d& offset = drift_of_.try_emplace(id, Eigen::Vector2d::Zero()).first->second;
+      offset += options_.drift * Eigen::Vector2d(random_.Normal(), random_.Normal());
       const auto observation = Observe(camera, points_[static_cast<std::size_t>(point_of_.at(id))],
-                                       options_.pixel_noise);
+                                       options_.pixel_noise, offset);
       if (observation) {
         tracks_.Extend(id, frame(), *observation);
         continue;
@@ -198,7 +202,8 @@ class SyntheticRecording {
       const int point = static_cast<int>(random_.Uniform(0.0, count));
       const int camera = static_cast<int>(random_.Uniform(0.0, options_.cameras));
       if (in_use_.contains(point)) continue;
-      const auto observation = Observe(camera, points_[static_cast<std::size_t>(point)], 0.0);
+      const auto observation = Observe(camera, points_[static_cast<std::size_t>(point)],
+                                       options_.anchor_noise, Eigen::Vector2d::Zero());
       if (!observation) continue;
       const TrackId id = tracks_.Start(frame(), *observation);
       point_of_[id] = point;
@@ -215,6 +220,7 @@ class SyntheticRecording {
   std::vector<Eigen::Vector3d> points_;
   TrackStore tracks_;
   std::map<TrackId, int> point_of_;
+  std::map<TrackId, Eigen::Vector2d> drift_of_;  // px
   std::map<int, TrackId> in_use_;
   int set_ = -1;
 };

@@ -8,9 +8,12 @@ void WindowConfig::Declare(ConfigDeclaration& d) {
   d.Field("keyframes", keyframes, "", "Keyframes in the window", {3.0, 50.0});
   d.Field("compensation", compensation, {"none", "plane", "ray"},
           "What is done about the offset of cameras from the sphere's centre");
-  d.Field("pixel_sigma", pixel_sigma, "px",
-          "Of a tracked position against the feature's first one, one sigma per axis",
+  d.Field("pixel_sigma", pixel_sigma, "px", "Of a tracked position, one sigma per axis",
           {0.01, 10.0});
+  d.Field("pixel_drift", pixel_drift, "px",
+          "By which tracks slip off what they follow from one set of images to the next, one sigma "
+          "per axis; adds up with the square root of their number",
+          {0.0, 10.0});
   d.Field("loss", loss, {"huber", "cauchy"}, "Robust kernel of bearings");
   d.Field("loss_scale", loss_scale, "", "Sigmas at which the kernel begins to count less",
           {0.1, 100.0});

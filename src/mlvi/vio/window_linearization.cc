@@ -178,8 +178,7 @@ class FeatureLinearizer {
       : window_(window),
         config_(config),
         evaluator_(window, config),
-        layout_(window.Layout(config)),
-        inverse_sigma_(1.0 / config.pixel_sigma) {}
+        layout_(window.Layout(config)) {}
 
   void Add(std::size_t f, LinearizedWindow& system, VisualSums& sums) const {
     const WindowFeature& feature = window_.features[f];
@@ -196,8 +195,10 @@ class FeatureLinearizer {
           evaluator_.Evaluate(anchor_ray, anchor, feature.inverse_depth,
                               evaluator_.RayOf(o.observation, RayRole::kTarget), target, &j);
       if (!residual) continue;
-      const double s = (inverse_sigma_ * *residual).squaredNorm();
-      const double weight = inverse_sigma_ * inverse_sigma_ * LossWeight(config_, s);
+      const double inverse_variance =
+          1.0 / BearingVariance(feature.observations.front(), o, config_);
+      const double s = inverse_variance * residual->squaredNorm();
+      const double weight = inverse_variance * LossWeight(config_, s);
       sums.cost += 0.5 * LossCost(config_, s);
       sums.per_camera[static_cast<std::size_t>(o.observation.camera)].Add(residual->squaredNorm());
       const VisualBlocks blocks =
@@ -227,7 +228,8 @@ class FeatureLinearizer {
                                                 evaluator_.RayOf(o.observation, RayRole::kTarget),
                                                 evaluator_.Index(o.frame), nullptr);
       if (!residual) continue;
-      const double s = (inverse_sigma_ * *residual).squaredNorm();
+      const double s =
+          residual->squaredNorm() / BearingVariance(feature.observations.front(), o, config_);
       cost += 0.5 * LossCost(config_, s);
       if (statistics != nullptr) statistics->Add(s);
     }
@@ -256,7 +258,6 @@ class FeatureLinearizer {
   const WindowConfig& config_;
   BearingEvaluator evaluator_;
   WindowLayout layout_;
-  double inverse_sigma_;
 };
 
 // From error-state order (position in the world) to the coordinates of a frame.
@@ -375,6 +376,12 @@ void AddBearings(const VioWindow& window, const WindowConfig& config, Linearized
 }
 
 }  // namespace
+
+double BearingVariance(const WindowObservation& anchor, const WindowObservation& target,
+                       const WindowConfig& config) {
+  const auto sets = static_cast<double>(target.frame.value() - anchor.frame.value());
+  return config.pixel_sigma * config.pixel_sigma + sets * config.pixel_drift * config.pixel_drift;
+}
 
 LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, double gravity,
                            const FactorSelection& selection) {

@@ -1,0 +1,387 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Accuracy, consistency and speed of visual-inertial odometry on simulated sequences with exact truth:
+//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache /tmp/images
+//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache /tmp/images --cameras cam0 --depth
+// Prints one JSON object per run. Images take long to draw: they are kept in the cache.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/eval/evaluation.h"
+#include "mlvi/eval/nees.h"
+#include "mlvi/io/rig_file.h"
+#include "mlvi/sim/recording.h"
+#include "mlvi/vio/vio.h"
+
+namespace {
+
+using namespace mlvi;
+
+struct Options {
+  std::string sequence = "quad-easy", rig = "newer_college", cache = "vio_bench_images";
+  double seconds = 40.0, rate = 15.0, rest = 2.0, start_after = 0.0;
+  std::uint64_t seed = 1;
+  int noise_seed = 1;
+  int threads = 0;
+  bool exact = false, depth = false, no_start = false, verbose = false;
+  std::vector<std::string> cameras, assignments;
+};
+
+SequenceOptions MakeSequence(const Options& o, const Rig& rig) {
+  SequenceOptions sequence = StandardSequence(o.sequence, rig, o.seconds, o.seed);
+  if (o.exact) sequence.rig = MakeSimulatedRig(rig, false, o.seed);
+  sequence.rest = o.rest;
+  sequence.image_rate = o.rate;
+  return sequence;
+}
+
+// All images of a sequence in one file: records of [camera, stamp, width, height, pixels].
+class ImageFile {
+ public:
+  explicit ImageFile(const std::string& path) : in_(path, std::ios::binary) {}
+  static void Write(std::ostream& out, const Image& image) {
+    const std::int64_t header[4] = {image.camera, image.stamp.nanoseconds(), image.width,
+                                    image.height};
+    out.write(reinterpret_cast<const char*>(header), sizeof header);
+    out.write(reinterpret_cast<const char*>(image.pixels.data()),
+              static_cast<std::streamsize>(image.pixels.size()));
+  }
+  std::optional<Image> Next() {
+    std::int64_t header[4];
+    if (!in_.read(reinterpret_cast<char*>(header), sizeof header)) return std::nullopt;
+    Image image{.stamp = Time::FromNanoseconds(header[1]),
+                .camera = static_cast<int>(header[0]),
+                .width = static_cast<int>(header[2]),
+                .height = static_cast<int>(header[3])};
+    image.pixels.resize(static_cast<std::size_t>(header[2] * header[3]));
+    if (!in_.read(reinterpret_cast<char*>(image.pixels.data()),
+                  static_cast<std::streamsize>(image.pixels.size()))) {
+      return std::nullopt;
+    }
+    return image;
+  }
+
+ private:
+  std::ifstream in_;
+};
+
+// Draws the images of all cameras, unless they are there already. Returns the file.
+std::string DrawImages(const Options& o, const Rig& rig) {
+  const std::string path = fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.images", o.cache,
+                                       o.sequence, rig.name, o.seed, o.seconds, o.rate, o.rest,
+                                       o.exact ? "-exact" : "");
+  if (std::filesystem::exists(path)) return path;
+  std::filesystem::create_directories(o.cache);
+  SequenceOptions sequence = MakeSequence(o, rig);
+  for (const CameraSpec& camera : rig.cameras) sequence.cameras.push_back(camera.name);
+  Recording recording(sequence);
+  const std::string unfinished = path + ".unfinished";
+  std::ofstream out(unfinished, std::ios::binary);
+  int images = 0;
+  while (true) {
+    const auto next = recording.Next();
+    if (!next || !*next) break;
+    const auto* image = std::get_if<Image>(&**next);
+    if (image == nullptr) continue;
+    ImageFile::Write(out, *image);
+    if (++images % 100 == 0) {
+      fmt::print(stderr, "{} images drawn, {:.0f} %\n", images, 100.0 * recording.Progress());
+    }
+  }
+  out.close();
+  std::filesystem::rename(unfinished, path);
+  return path;
+}
+
+// The images of one instant; cameras renumbered to those in use.
+class SetReader {
+ public:
+  SetReader(const std::string& path, std::vector<int> new_index)
+      : file_(path), new_index_(std::move(new_index)), next_(file_.Next()) {}
+
+  std::optional<ImageSet> Next() {
+    if (!next_) return std::nullopt;
+    ImageSet set{.stamp = next_->stamp, .images = {}};
+    while (next_ && next_->stamp == set.stamp) {
+      const int camera = new_index_[static_cast<std::size_t>(next_->camera)];
+      if (camera >= 0) {
+        set.images.push_back(std::move(*next_));
+        set.images.back().camera = camera;
+      }
+      next_ = file_.Next();
+    }
+    return set;
+  }
+
+ private:
+  ImageFile file_;
+  std::vector<int> new_index_;
+  std::optional<Image> next_;
+};
+
+// What the odometry's sweep would be: deskewed by the truth to its last firing, every fourth point.
+PointCloud Deskew(const LidarSweep& sweep, const Recording& recording, const Pose3& T_body_lidar) {
+  const Pose3 T_end_world = recording.GroundTruth(sweep.end()).T_world_body.inverse();
+  std::vector<Eigen::Isometry3d> steps;  // per millisecond
+  for (double ms = 0.0; ms <= sweep.span.seconds() * 1e3 + 1.0; ms += 1.0) {
+    const Time t = std::min(sweep.stamp + Duration::FromSeconds(1e-3 * ms), sweep.end());
+    const Pose3 T = T_end_world * recording.GroundTruth(t).T_world_body * T_body_lidar;
+    steps.emplace_back(T.matrix());
+  }
+  PointCloud points;
+  for (std::size_t i = 0; i < sweep.points.size(); i += 4) {
+    const LidarPoint& p = sweep.points[i];
+    const auto step = static_cast<std::size_t>(p.offset_ns / 1'000'000);
+    points.push_back((steps[step] * p.position.cast<double>()).cast<float>());
+  }
+  return points;
+}
+
+OdometryEstimate NoisyTruth(const NavState& truth, int seed) {
+  Vector15d sigma;
+  sigma << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(0.02),
+      Eigen::Vector3d::Constant(2e-3), Eigen::Vector3d::Constant(0.03),
+      Eigen::Vector3d::Constant(2e-3);
+  RandomStream random(static_cast<std::uint64_t>(seed), "start");
+  Vector15d error;
+  for (int i = 0; i < 15; ++i) error[i] = sigma[i] * random.Normal();
+  // Heading and position are the world's, not to be estimated.
+  return {.state = BoxPlus(truth, error), .covariance = sigma.cwiseAbs2().asDiagonal()};
+}
+
+struct Run {
+  Trajectory estimate;
+  std::vector<double> nees;  // of the pose, twice per second
+  std::vector<double> tracks, features, with_lidar, iterations, rms;
+  std::vector<std::vector<double>> camera_rms;
+  int sets = 0, keyframes = 0, failures = 0;
+  std::vector<std::string> reasons;
+  double cpu_ms = 0.0;  // of Process, mean per set
+};
+
+double Mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+// Begins from the truth at first, and after every failure.
+class Runner {
+ public:
+  Runner(const Options& options, const Recording& recording, Vio& vio)
+      : options_(options), recording_(recording), vio_(vio) {}
+
+  void Process(const ImageSet& set, std::span<const ImuSample> imu) {
+    if (set.stamp > recording_.end()) return;
+    const bool may_start = !options_.no_start || run.failures > 0;
+    if (may_start && !started_ &&
+        (set.stamp - recording_.begin()).seconds() >= options_.start_after) {
+      vio_.Start(NoisyTruth(recording_.GroundTruth(set.stamp), options_.noise_seed));
+      started_ = true;
+    }
+    const std::clock_t before = std::clock();
+    const VioResult result = vio_.Process(set, imu);
+    cpu_ += std::clock() - before;
+    ++run.sets;
+    run.cpu_ms = 1e3 * static_cast<double>(cpu_) / CLOCKS_PER_SEC / run.sets;
+    Observe(set, result);
+  }
+  Run run;
+
+ private:
+  void Observe(const ImageSet& set, const VioResult& result) {
+    if (result.status == VioResult::Status::kFailed) {
+      if (started_ || options_.no_start) {
+        ++run.failures;
+        run.reasons.push_back(result.reason);
+      }
+      started_ = false;
+    }
+    if (!result.estimate) return;
+    const Pose3& pose = result.estimate->state.T_world_body;
+    const Pose3 truth = recording_.GroundTruth(set.stamp).T_world_body;
+    run.estimate.push_back({.stamp = set.stamp, .pose = pose});
+    run.keyframes += result.keyframe ? 1 : 0;
+    int alive = 0;
+    for (const int n : result.tracking.alive_per_camera) alive += n;
+    run.tracks.push_back(alive);
+    run.features.push_back(result.features);
+    run.with_lidar.push_back(result.features_with_lidar);
+    run.iterations.push_back(result.iterations);
+    run.rms.push_back(result.rms_px);
+    run.camera_rms.push_back(result.camera_rms_px);
+    if (run.sets % static_cast<int>(0.5 * options_.rate) == 0) {
+      const auto nees =
+          PoseNees(pose, truth, PoseChartCovariance(pose.R(), result.estimate->covariance));
+      if (nees) run.nees.push_back(*nees);
+    }
+    if (options_.verbose) {
+      const Vector15d error =
+          BoxMinus(recording_.GroundTruth(set.stamp), result.estimate->state);
+      fmt::print(stderr,
+                 "{:6.2f} p {:.3f} v {:.3f} R {:.4f} ba {:.3f} bg {:.4f}  sigma p {:.3f} | {} alive "
+                 "{} followed {} lost {} back {} outliers, {} features ({} lidar) {} it rms {:.2f} "
+                 "kf {}\n",
+                 (set.stamp - recording_.begin()).seconds(), error.segment<3>(0).norm(),
+                 error.segment<3>(3).norm(), error.segment<3>(6).norm(), error.segment<3>(9).norm(),
+                 error.segment<3>(12).norm(),
+                 std::sqrt(result.estimate->covariance.topLeftCorner<3, 3>().trace()), alive,
+                 result.tracking.followed, result.tracking.lost, result.tracking.round_trip,
+                 result.tracking.outliers, result.features, result.features_with_lidar,
+                 result.iterations, result.rms_px, result.keyframe);
+    }
+  }
+
+  const Options& options_;
+  const Recording& recording_;
+  Vio& vio_;
+  bool started_ = false;
+  std::clock_t cpu_ = 0;
+};
+
+nlohmann::ordered_json Accuracy(const Run& run, const Recording& recording) {
+  Trajectory truth;
+  for (const StampedPose& pose : run.estimate) {
+    truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(pose.stamp).T_world_body});
+  }
+  const auto e = mlvi::Evaluate(run.estimate, truth, {});
+  if (!e) return {{"error", e.error().message}};
+  nlohmann::ordered_json drift;
+  double mean = 0.0;
+  for (const SegmentDrift& d : e->drift) {
+    drift[fmt::format("{:.0f} m", d.length)] = d.translation_percent;
+    mean += d.translation_percent / static_cast<double>(e->drift.size());
+  }
+  const Vector6d last = BoxMinus(run.estimate.back().pose, truth.back().pose);
+  return {{"path_m", e->path_length},
+          {"ate_m", e->absolute_translation.rmse},
+          {"drift_percent", mean},
+          {"drift_percent_by_length", drift},
+          {"end_error_percent", 100.0 * last.head<3>().norm() / e->path_length},
+          {"end_rotation_deg", last.tail<3>().norm() * 180.0 / M_PI}};
+}
+
+nlohmann::ordered_json ToJson(const Options& o, const Run& run, const Recording& recording,
+                              const StageTimes& times) {
+  nlohmann::ordered_json j = {{"sequence", o.sequence}, {"rig", o.rig}, {"seed", o.seed},
+                              {"noise_seed", o.noise_seed}, {"rate_hz", o.rate},
+                              {"cameras", o.cameras}, {"depth", o.depth},
+                              {"settings", o.assignments}, {"sets", run.sets},
+                              {"estimates", run.estimate.size()}, {"keyframes", run.keyframes},
+                              {"failures", run.failures}, {"reasons", run.reasons}};
+  if (run.estimate.size() > 2) j.update(Accuracy(run, recording));
+  j["mean_pose_nees"] = Mean(run.nees);
+  j["tracks"] = Mean(run.tracks);
+  j["features"] = Mean(run.features);
+  j["features_with_lidar"] = Mean(run.with_lidar);
+  j["iterations"] = Mean(run.iterations);
+  j["rms_px"] = Mean(run.rms);
+  if (!run.camera_rms.empty()) {
+    for (std::size_t c = 0; c < run.camera_rms.back().size(); ++c) {
+      std::vector<double> values;
+      for (const auto& v : run.camera_rms) values.push_back(c < v.size() ? v[c] : 0.0);
+      j["camera_rms_px"].push_back(Mean(values));
+    }
+  }
+  j["cpu_ms_per_set"] = run.cpu_ms;
+  for (const auto& [stage, s] : times.Summarize()) {
+    j["stages_ms"][stage] = {{"mean", s.mean_ms}, {"p50", s.p50_ms}, {"p95", s.p95_ms}};
+  }
+  return j;
+}
+
+// The rig with the chosen cameras only; `new_index` maps those of the whole rig.
+Rig SelectCameras(const Rig& rig, const std::vector<std::string>& names,
+                  std::vector<int>& new_index) {
+  Rig selected = rig;
+  selected.cameras.clear();
+  for (const CameraSpec& camera : rig.cameras) {
+    const bool in_use =
+        names.empty() || std::find(names.begin(), names.end(), camera.name) != names.end();
+    new_index.push_back(in_use ? static_cast<int>(selected.cameras.size()) : -1);
+    if (in_use) selected.cameras.push_back(camera);
+  }
+  return selected;
+}
+
+int RunOnce(const Options& options, const Rig& rig, const VioConfig& config) {
+  const std::string path = DrawImages(options, rig);
+  Recording recording(MakeSequence(options, rig));  // without images
+  std::vector<int> new_index;
+  const Rig used = SelectCameras(recording.rig(), options.cameras, new_index);
+  if (used.cameras.empty()) {
+    fmt::print(stderr, "none of the cameras {} is in the rig\n", options.cameras);
+    return 1;
+  }
+  StageTimes times;
+  Vio vio(config, used, times);
+  SetReader sets(path, new_index);
+  Runner runner(options, recording, vio);
+  std::vector<ImuSample> imu;
+  std::optional<ImageSet> set = sets.Next();
+  while (set) {
+    const auto next = recording.Next();
+    if (!next || !*next) break;
+    if (const auto* sample = std::get_if<ImuSample>(&**next)) {
+      imu.push_back(*sample);
+      while (set && set->stamp <= sample->stamp) {
+        runner.Process(*set, imu);
+        imu.erase(imu.begin(), imu.end() - 1);
+        set = sets.Next();
+      }
+    } else if (const auto* sweep = std::get_if<LidarSweep>(&**next); sweep && options.depth) {
+      vio.AddDepthCloud(Deskew(*sweep, recording, used.lidar->T_body_lidar),
+                        recording.GroundTruth(sweep->end()).T_world_body, sweep->end());
+    }
+  }
+  fmt::print("{}\n", ToJson(options, runner.run, recording, times).dump());
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Visual-inertial odometry on simulated sequences: accuracy, consistency, speed");
+  app.add_option("--sequence", options.sequence, "Name of the sequence (mlvi simulate --list)");
+  app.add_option("--rig", options.rig, "Rig file or name");
+  app.add_option("--cache", options.cache, "Folder for drawn images");
+  app.add_option("--seconds", options.seconds, "Length");
+  app.add_option("--rate", options.rate, "Sets of images per second");
+  app.add_option("--rest", options.rest, "Seconds at rest at the beginning");
+  app.add_option("--seed", options.seed, "Of the sequence");
+  app.add_option("--noise-seed", options.noise_seed, "Of the first state's error");
+  app.add_option("--start-after", options.start_after, "Seconds until the start");
+  app.add_option("--threads", options.threads, "Threads (0: all)");
+  app.add_option("--cameras", options.cameras, "Names; all without")->delimiter(',');
+  app.add_flag("--exact", options.exact, "Cameras are where the rig file has them");
+  app.add_flag("--depth", options.depth, "Depths from LiDAR");
+  app.add_flag("--no-start", options.no_start, "No first state: cameras and IMU alone");
+  app.add_flag("--verbose", options.verbose, "A line per set");
+  app.add_option("--set", options.assignments, "Configuration: key=value");
+  CLI11_PARSE(app, argc, argv);
+  const auto rig = mlvi::LoadRig(options.rig);
+  if (!rig) {
+    fmt::print(stderr, "{}\n", rig.error().message);
+    return 1;
+  }
+  mlvi::VioConfig config;
+  mlvi::ConfigDeclaration declaration = mlvi::ConfigDeclaration::Of(config);
+  for (const std::string& assignment : options.assignments) {
+    if (const auto set = declaration.SetAssignment(assignment); !set) {
+      fmt::print(stderr, "{}\n", set.error().message);
+      return 1;
+    }
+  }
+  const mlvi::ThreadLimit threads(options.threads);
+  return RunOnce(options, *rig, config);
+}

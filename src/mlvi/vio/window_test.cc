@@ -1,0 +1,281 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "mlvi/base/parallel.h"
+#include "mlvi/factors/imu_factor.h"
+#include "mlvi/vio/bearing_factor.h"
+#include "mlvi/vio/testing.h"
+#include "mlvi/vio/window_features.h"
+#include "mlvi/vio/window_marginalization.h"
+
+namespace mlvi {
+namespace {
+
+using testing::kGravity;
+
+// A window that has run for `sets` sets of images.
+struct Scene {
+  Scene(const WindowConfig& window_config, int sets, double offset = 0.07)
+      : config(window_config),
+        recording([&] {
+          test::SyntheticOptions options;
+          options.budget = 60;
+          options.offset = offset;
+          return options;
+        }()),
+        window(config, {}, recording.rig().imu, kGravity, recording.NominalCalibration()) {
+    recording.Advance();
+    window.Start(recording.frame(), recording.DisturbedTruth({}), Eigen::Vector3d::Zero(),
+                 recording.tracks());
+    for (int i = 1; i < sets; ++i) {
+      recording.Advance();
+      window.Add(recording.frame(), recording.stamp(), recording.samples(), recording.tracks());
+      if (i + 1 == sets) break;  // the last one is left to the test
+      window.Solve();
+      window.Slide();
+    }
+  }
+
+  WindowConfig config;
+  test::SyntheticRecording recording;
+  SlidingWindow window;
+};
+
+// Everything that the objective depends on, moved along one coordinate: those of the layout, then
+// inverse depths.
+double CostAlong(const VioWindow& window, const WindowConfig& config, int coordinate, double step) {
+  VioWindow moved = window;
+  const WindowLayout layout = window.Layout(config);
+  if (coordinate < layout.size()) {
+    MoveWindow(moved, layout, step * Eigen::VectorXd::Unit(layout.size(), coordinate));
+  } else {
+    moved.features[static_cast<std::size_t>(coordinate - layout.size())].inverse_depth += step;
+  }
+  return WindowCost(moved, config, kGravity);
+}
+
+class WindowGradient : public ::testing::TestWithParam<Compensation> {};
+
+// b is minus the gradient of the objective in every coordinate: poses, velocities, biases,
+// extrinsics of every camera, time offset, inverse depths; bearings, LiDAR, IMU and prior together.
+TEST_P(WindowGradient, AgreesWithDifferencesOfTheObjective) {
+  WindowConfig config;
+  config.compensation = GetParam();
+  config.extrinsics = ExtrinsicsCalibration::kCameras;
+  config.time_offset = true;
+  Scene scene(config, 5);
+  VioWindow& window = scene.window.window();
+  window.calibration.time_offset = 0.004;
+  for (std::size_t f = 0; f < window.features.size(); f += 3) {
+    window.features[f].lidar = {1.1 * window.features[f].inverse_depth, 0.05};
+  }
+  // First estimates keep Jacobians where the prior was made; here all is to be taken at the
+  // present.
+  for (WindowFrame& frame : window.frames) {
+    if (frame.first_estimate) frame.first_estimate = MoveState(frame.state, -frame.step);
+  }
+  window.frames.front().first_estimate = window.frames.front().state;
+  window.frames.front().step.setZero();
+  const LinearizedWindow system = Linearize(window, config, kGravity);
+  EXPECT_NEAR(system.cost, WindowCost(window, config, kGravity), 1e-9 * system.cost);
+  const int size = system.layout.size();
+  for (int i = 0; i < size + static_cast<int>(window.features.size()); ++i) {
+    const double information = i < size ? system.H(i, i) : system.feature_information[i - size];
+    if (information == 0.0) continue;
+    const double step = 1e-3 / std::sqrt(information);  // a thousandth of a sigma
+    const double expected =
+        -(8.0 * (CostAlong(window, config, i, step) - CostAlong(window, config, i, -step)) -
+          (CostAlong(window, config, i, 2.0 * step) - CostAlong(window, config, i, -2.0 * step))) /
+        (12.0 * step);
+    const double b = i < size ? system.b[i] : system.feature_gradient[i - size];
+    // Differences of an objective of some hundreds lose ten digits of sixteen.
+    EXPECT_NEAR(b / std::sqrt(information), expected / std::sqrt(information),
+                2e-5 * (1.0 + std::abs(b) / std::sqrt(information)))
+        << "coordinate " << i << " of " << size;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, WindowGradient,
+                         ::testing::Values(Compensation::kNone, Compensation::kPlane,
+                                           Compensation::kRay));
+
+// The same window as a ceres::Problem over the factors: another linearisation, another elimination.
+struct BatchWindow {
+  explicit BatchWindow(const VioWindow& window, const WindowConfig& config) {
+    for (const WindowFrame& f : window.frames) {
+      std::array<double, 16> block{};
+      StorePose(f.state.T_world_body, block.data());
+      Eigen::Map<Eigen::Vector3d>(block.data() + 7) = f.state.v_world_body;
+      Eigen::Map<Eigen::Vector3d>(block.data() + 10) = f.state.bias.accelerometer;
+      Eigen::Map<Eigen::Vector3d>(block.data() + 13) = f.state.bias.gyroscope;
+      states.push_back(block);
+    }
+    StorePose(window.calibration.T_body_pano, body_pano.data());
+    for (const Pose3& T : window.calibration.T_pano_camera)
+      StorePose(T, cameras.emplace_back().data());
+    for (const WindowFeature& f : window.features) depths.push_back(f.inverse_depth);
+    for (auto& s : states) {
+      problem.AddParameterBlock(s.data(), 7, new PoseManifold);
+      problem.AddParameterBlock(s.data() + 7, 3);
+      problem.AddParameterBlock(s.data() + 10, 6);
+    }
+    for (std::size_t i = 1; i < states.size(); ++i) {
+      double *a = states[i - 1].data(), *b = states[i].data();
+      problem.AddResidualBlock(new ImuFactor(window.frames[i].imu->motion, kGravity), nullptr, a,
+                               a + 7, a + 10, b, b + 7, b + 10);
+    }
+    for (std::size_t f = 0; f < depths.size(); ++f) AddBearings(window, config, f);
+    for (double* block : {states[0].data(), states[0].data() + 7, states[0].data() + 10}) {
+      problem.SetParameterBlockConstant(block);
+    }
+  }
+
+  void AddBearings(const VioWindow& window, const WindowConfig& config, std::size_t f) {
+    const auto& all = window.features[f].observations;
+    for (std::size_t k = 1; k < all.size(); ++k) {
+      const PanoramicObservation &anchor = all[0].observation, &target = all[k].observation;
+      const double sigma = std::sqrt(BearingVariance(all[0], all[k], config));
+      auto* factor = new BearingFactor({.anchor = anchor,
+                                        .target = target,
+                                        .mode = config.compensation,
+                                        .radius = window.calibration.radius,
+                                        .pixel_sigma = sigma});
+      double* a = states[static_cast<std::size_t>(window.FindFrame(all[0].frame))].data();
+      double* t = states[static_cast<std::size_t>(window.FindFrame(all[k].frame))].data();
+      double* camera = cameras[static_cast<std::size_t>(anchor.camera)].data();
+      problem.AddResidualBlock(factor, new ceres::HuberLoss(config.loss_scale), a, t,
+                               body_pano.data(), camera, &depths[f], &time_offset);
+      problem.SetParameterBlockConstant(body_pano.data());
+      problem.SetParameterBlockConstant(camera);
+      problem.SetParameterBlockConstant(&time_offset);
+    }
+  }
+
+  ceres::Problem problem;
+  std::vector<std::array<double, 16>> states;
+  std::array<double, 7> body_pano{};
+  std::vector<std::array<double, 7>> cameras;
+  std::vector<double> depths;
+  double time_offset = 0.0;
+};
+
+TEST(WindowSolverTest, FindsTheOptimumThatCeresFinds) {
+  WindowConfig config;
+  config.max_iterations = 50;
+  config.min_decrease = 1e-12;
+  config.keyframes = 20;  // nothing is marginalised
+  Scene scene(config, 30);
+  VioWindow& window = scene.window.window();
+  std::erase_if(window.features, [](const WindowFeature& f) { return !f.usable(); });
+  // The first frame is held, as Ceres holds it.
+  VioWindow first = window;
+  first.frames.resize(1);
+  window.frames.front().first_estimate = window.frames.front().state;
+  window.frames.front().step.setZero();
+  window.prior = FirstPrior(first, 1e-16 * Matrix15d::Identity(), config);
+  BatchWindow batch(window, config);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.max_num_iterations = 100;
+  options.function_tolerance = 1e-14;
+  options.parameter_tolerance = 1e-14;
+  options.gradient_tolerance = 1e-14;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &batch.problem, &summary);
+  const WindowSolution solution = SolveWindow(window, config, kGravity);
+  ASSERT_TRUE(solution.solved);
+  EXPECT_NEAR(solution.final_cost, summary.final_cost, 1e-6 * summary.final_cost);
+  const Pose3& pose = window.frames.back().state.T_world_body;
+  const Vector6d difference = BoxMinus(LoadPose(batch.states.back().data()), pose);
+  EXPECT_LT(difference.head<3>().norm(), 1e-5) << difference.transpose();
+  EXPECT_LT(difference.tail<3>().norm(), 1e-6);
+}
+
+// Without its first frame a linearised problem has the same solution and the same covariance.
+TEST(MarginalizationTest, PriorIsTheSchurComplement) {
+  WindowConfig config;
+  config.time_offset = true;
+  Scene scene(config, 8);
+  VioWindow window = scene.window.window();
+  const LinearizedWindow system = Linearize(window, config, kGravity);
+  const ReducedSystem reduced = EliminateFeatures(system);
+  const auto columns = InverseColumns(reduced.H, 0, static_cast<int>(reduced.H.rows()));
+  ASSERT_TRUE(columns);
+  const Eigen::VectorXd step = *columns * reduced.b;
+  std::vector<Vector15d> before;
+  for (const WindowFrame& f : window.frames) before.push_back(f.step);
+  const WindowPrior prior = PriorWithoutFirstFrame(window, system);
+  const Eigen::MatrixXd information = prior.sqrt_information.transpose() * prior.sqrt_information;
+  const auto covariance = InverseColumns(information, 0, static_cast<int>(information.rows()));
+  ASSERT_TRUE(covariance);
+  // The minimum of the prior, as steps from the first estimates.
+  const Eigen::VectorXd minimum =
+      -*covariance * (prior.sqrt_information.transpose() * prior.residual);
+  int row = 0;
+  for (const WindowPrior::Block& block : prior.blocks) {
+    const int index = block.frame.valid() ? window.FindFrame(block.frame) : 0;
+    const int start =
+        (block.frame.valid() ? system.layout.frame(index) : system.layout.calibration()) +
+        block.first;
+    for (int k = 0; k < block.size; ++k, ++row) {
+      const double sigma = std::sqrt((*columns)(start + k, start + k));
+      const double from = block.frame.valid()
+                              ? window.frames[static_cast<std::size_t>(index)].step[block.first + k]
+                              : 0.0;
+      EXPECT_NEAR(minimum[row], from + step[start + k], 1e-5 * sigma);
+      EXPECT_NEAR((*covariance)(row, row), sigma * sigma, 1e-5 * sigma * sigma);
+    }
+  }
+  EXPECT_EQ(row, information.rows());
+}
+
+// What leaves the window may take information along but never adds any.
+TEST(MarginalizationTest, NeverGainsInformation) {
+  WindowConfig config;
+  config.keyframes = 6;
+  Scene scene(config, 40);
+  scene.window.Solve();
+  VioWindow window = scene.window.window();
+  ASSERT_GE(window.frames.size(), 6U);
+  const auto newest = [&](const VioWindow& w) {
+    const ReducedSystem system = EliminateFeatures(Linearize(w, config, kGravity));
+    const int start = w.Layout(config).frame(static_cast<int>(w.frames.size()) - 1);
+    return InverseColumns(system.H, start, 15)->middleRows<15>(start).eval();
+  };
+  const Eigen::MatrixXd before = newest(window);
+  MarginalizeFirstFrame(window, config, kGravity);
+  const Eigen::MatrixXd after = newest(window);
+  const Eigen::VectorXd scale = before.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd gain = scale.asDiagonal() * (after - before) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (gain + gain.transpose()));
+  EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-5);
+  // ... and little is lost.
+  EXPECT_LT(eigen.eigenvalues().maxCoeff(), 1.0);
+}
+
+TEST(WindowFeaturesTest, AnchoringElsewhereKeepsThePoint) {
+  WindowConfig config;
+  Scene scene(config, 12);
+  const VioWindow& window = scene.window.window();
+  int checked = 0;
+  for (WindowFeature feature : window.features) {
+    if (feature.observations.size() < 3 ||
+        feature.observations[1].frame == feature.observations[0].frame)
+      continue;
+    const double there = InverseDepthAt(feature, 2, window, config);
+    AnchorAt(feature, 1, window, config);
+    EXPECT_NEAR(InverseDepthAt(feature, 1, window, config), there, 0.02 * there);
+    ++checked;
+  }
+  EXPECT_GT(checked, 10);
+}
+
+}  // namespace
+}  // namespace mlvi
