@@ -5,6 +5,9 @@
 namespace mlvi {
 
 void DepthConfig::Declare(ConfigDeclaration& d) {
+  d.Field("interval", interval, "s",
+          "Least time between two searches for depths: the map of the sphere is built for each",
+          {0.0, 10.0});
   d.Field("span", span, "s", "Sweeps of this time are kept for depth", {0.0, 60.0});
   d.Field("voxel_size", voxel_size, "m", "One point is kept per cube of this size", {0.01, 2.0});
   d.Field("cell_angle", cell_angle, "rad",

@@ -8,6 +8,7 @@ namespace mlvi {
 
 // LiDAR depth for visual features.
 struct DepthConfig {
+  double interval = 0.25;
   double span = 5.0;
   double voxel_size = 0.1;
   double cell_angle = 0.006;

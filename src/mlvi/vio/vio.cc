@@ -82,6 +82,7 @@ struct Vio::Impl {
   std::optional<Pose3> last_pose;  // the last one that was believed
   FrameId frame;                   // of the set in work
   bool new_cloud = false;
+  Time last_search;  // for depths in the clouds
 };
 
 Vio::Vio(const VioConfig& config, const Rig& rig, StageTimes& times)
@@ -225,10 +226,11 @@ void Vio::Impl::Begin(const ImageSet& set, const OdometryEstimate& start, VioRes
 
 void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResult& result) {
   window.Add(frame, set.stamp, history.samples(), tracker.tracks());
-  if (new_cloud) {
+  if (new_cloud && set.stamp - last_search >= Duration::FromSeconds(config.depth.interval)) {
     const StageTimes::Scope scope(times, "vio_depth");
     depth.Associate(window.window(), config.window);
     new_cloud = false;
+    last_search = set.stamp;
   }
   WindowEstimate estimate;
   {

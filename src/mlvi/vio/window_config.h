@@ -21,8 +21,8 @@ enum class BearingLoss : int { kHuber = 0, kCauchy = 1 };
 struct WindowConfig {
   int keyframes = 10;
   Compensation compensation = Compensation::kRay;
-  double pixel_sigma = 0.5;
-  double pixel_drift = 0.15;
+  double pixel_sigma = 0.3;
+  double pixel_drift = 0.1;
   BearingLoss loss = BearingLoss::kHuber;
   double loss_scale = 2.0;
   ExtrinsicsCalibration extrinsics = ExtrinsicsCalibration::kOff;

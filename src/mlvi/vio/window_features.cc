@@ -85,11 +85,6 @@ void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks)
 void InitializeDepths(VioWindow& window, const WindowConfig& config) {
   for (WindowFeature& feature : window.features) {
     if (feature.triangulated) continue;
-    if (feature.lidar) {
-      feature.inverse_depth = feature.lidar->inverse_depth;
-      feature.triangulated = true;
-      continue;
-    }
     if (feature.inverse_depth == 0.0) feature.inverse_depth = 1.0 / config.initial_depth;
     if (feature.usable()) feature.triangulated = TriangulateFeature(window, config, feature);
   }
@@ -108,7 +103,7 @@ double TrackInverseDepth(const VioWindow& window, TrackId track, const WindowCon
       std::lower_bound(window.features.begin(), window.features.end(), track,
                        [](const WindowFeature& f, TrackId wanted) { return f.track < wanted; });
   if (found == window.features.end() || found->track != track || !found->triangulated) return 0.0;
-  return InverseDepthAt(*found, found->observations.size() - 1, window, config);
+  return std::max(0.0, InverseDepthAt(*found, found->observations.size() - 1, window, config));
 }
 
 void SetLidarDepth(WindowFeature& feature, double depth, double sigma, const VioWindow& window,
@@ -120,6 +115,8 @@ void SetLidarDepth(WindowFeature& feature, double depth, double sigma, const Vio
   const Ray to = AnchorRay(window, feature.observations.front(), config);
   const double rho = MovedInverseDepth(1.0 / depth, from, to);
   feature.lidar = {rho, rho * rho * sigma};
+  feature.inverse_depth = rho;  // bearings may pull it away again, if it was an occlusion edge
+  feature.triangulated = true;
 }
 
 void AnchorAt(WindowFeature& feature, std::size_t index, const VioWindow& window,

@@ -14,7 +14,7 @@ namespace mlvi {
 void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks);
 
 // Depths of features that have none yet: by triangulation where the parallax suffices, else
-// `config.initial_depth` (or what LiDAR says).
+// `config.initial_depth`.
 void InitializeDepths(VioWindow& window, const WindowConfig& config);
 
 // Takes the observations of `frame` away. Features anchored there are anchored at their next
