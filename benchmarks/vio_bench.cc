@@ -211,8 +211,7 @@ class Runner {
     const Pose3 truth = recording_.GroundTruth(set.stamp).T_world_body;
     run.estimate.push_back({.stamp = set.stamp, .pose = pose});
     run.keyframes += result.keyframe ? 1 : 0;
-    int alive = 0;
-    for (const int n : result.tracking.alive_per_camera) alive += n;
+    const int alive = result.tracking.followed + result.tracking.started;
     run.tracks.push_back(alive);
     run.features.push_back(result.features);
     run.with_lidar.push_back(result.features_with_lidar);

@@ -73,7 +73,7 @@ struct InverseDepthMeasurement {
 struct WindowFeature {
   TrackId track;
   std::vector<WindowObservation> observations;  // oldest first
-  double inverse_depth = 0.0;  // 1/m; slightly below zero for far points under noise
+  double inverse_depth = 0.0;                   // 1/m, >= 0
   bool triangulated = false;  // false: the depth is a mere default, until parallax tells
   bool alive = true;          // still followed by the tracker
   std::optional<InverseDepthMeasurement> lidar;

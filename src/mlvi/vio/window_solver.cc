@@ -10,11 +10,8 @@ namespace {
 
 constexpr double kFirstDamping = 1e-6, kDampingFactor = 10.0;
 constexpr int kAttempts = 6;  // per linearisation
-// m^2: where bearings say nothing about an inverse depth it stays where it is.
-constexpr double kDepthDamping = 10.0;
-// 1/m. Far points under noise come to lie "behind infinity"; held at zero they would all seem nearer
-// than they are, and a step that presumes that they move would be wrong.
-constexpr double kLeastInverseDepth = -0.1;
+// m^2: an inverse depth moves by about 1 / m at most where its bearings say nothing.
+constexpr double kDepthDamping = 1.0;
 
 // Everything that a step changes.
 struct Values {
@@ -73,8 +70,8 @@ void Move(VioWindow& window, const WindowConfig& config, const LinearizedWindow&
   MoveWindow(window, system.layout, step);
   for (std::size_t f = 0; f < window.features.size(); ++f) {
     double& rho = window.features[f].inverse_depth;
-    rho = std::clamp(rho + depths[static_cast<Eigen::Index>(f)], kLeastInverseDepth,
-                     1.0 / config.min_depth);
+    // Not behind infinity: there, and where nothing moves, the sign of all motion would be free.
+    rho = std::clamp(rho + depths[static_cast<Eigen::Index>(f)], 0.0, 1.0 / config.min_depth);
   }
 }
 
