@@ -226,7 +226,9 @@ void Vio::Impl::Begin(const ImageSet& set, const OdometryEstimate& start, VioRes
 
 void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResult& result) {
   window.Add(frame, set.stamp, history.samples(), tracker.tracks());
-  if (new_cloud && set.stamp - last_search >= Duration::FromSeconds(config.depth.interval)) {
+  const bool due = !last_search.valid() ||
+                   set.stamp - last_search >= Duration::FromSeconds(config.depth.interval);
+  if (new_cloud && due) {
     const StageTimes::Scope scope(times, "vio_depth");
     depth.Associate(window.window(), config.window);
     new_cloud = false;
