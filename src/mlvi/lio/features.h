@@ -18,6 +18,8 @@ struct SweepFeatures {
   PointCloud map_edges;   // inserted into the map of edges
   PointCloud marks;  // what interrupts the surfaces along a weak axis (marks.h), if there is one
   PointCloud cloud;  // the whole sweep, thinned, for those who ask for it
+  // Of what the motion within the sweep leaves wrong in all its points together (DeskewCovariance).
+  Matrix6d deskew_covariance = Matrix6d::Zero();
   std::string note;  // why the variant asked for was not possible; empty otherwise
 };
 

@@ -65,7 +65,7 @@ struct Lio::Impl {
   Prediction PredictTo(const LidarSweep& sweep, double silent) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
   SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
-                              const Pose3& T_world_body);
+                              const Pose3& T_world_body, const StateEstimate& prior);
   RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
   void Accept(const StateEstimate& estimate);
   LioResult Track(const SweepFeatures& features, const RegistrationResult& registration,
@@ -122,7 +122,7 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
   RegistrationResult registration;
   for (int pass = 0; pass < (silent > 0.0 ? impl_->config.gap.passes : 1); ++pass) {
     const DeskewedSweep deskewed = impl_->TimedDeskew(sweep, trajectory);
-    features = impl_->TimedFeatures(deskewed, sweep, trajectory.back().T_world_body);
+    features = impl_->TimedFeatures(deskewed, sweep, trajectory.back().T_world_body, prior);
     registration = impl_->TimedRegister(features, prior);
     trajectory = Bent(trajectory, registration.estimate.mean.nav.T_world_body);
   }
@@ -268,9 +268,10 @@ DeskewedSweep Lio::Impl::TimedDeskew(const LidarSweep& sweep,
 }
 
 SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
-                                       const Pose3& T_world_body) {
+                                       const Pose3& T_world_body, const StateEstimate& prior) {
   const StageTimes::Scope timer(times, "lio/features");
   SweepFeatures features = ExtractFeatures(deskewed, sweep, *rig.lidar, config);
+  features.deskew_covariance = DeskewCovariance(prior, sweep.span, rig.imu.noise);
   if (lone_axis && config.marks.enabled) {
     features.marks = ExtractMarks(deskewed, T_world_body.rotation().conjugate() * *lone_axis,
                                   *rig.lidar, config.marks);

@@ -34,6 +34,10 @@ void RegistrationConfig::Declare(ConfigDeclaration& d) {
       "noise_inflation", noise_inflation, "",
       "Factor on the standard deviation of residuals for what neighbouring points have in common",
       {1.0, 100.0});
+  d.Field("min_noise_scale", min_noise_scale, "",
+          "Standard deviations are scaled to what the residuals show, down to this", {0.01, 1.0});
+  d.Field("max_noise_scale", max_noise_scale, "",
+          "Standard deviations are scaled to what the residuals show, up to this", {1.0, 100.0});
   d.Field("min_map_noise", min_map_noise, "m",
           "Standard deviation of map points that a fit cannot undercut", {0.001, 0.5});
   d.Field("max_normal_sigma", max_normal_sigma, "rad",

@@ -25,7 +25,9 @@ struct RegistrationConfig {
   double max_search_distance = 3.0;
   double max_plane_thickness = 0.1;
   double robust_width = 2.0;
-  double noise_inflation = 3.0;
+  double noise_inflation = 3.2;
+  double min_noise_scale = 0.2;
+  double max_noise_scale = 3.0;
   double min_map_noise = 0.02;
   double max_normal_sigma = 0.1;
   double step_tolerance_m = 0.001;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/normal_equations.h"
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "mlvi/base/parallel.h"
@@ -56,6 +57,20 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
   return ParallelReduce(
       correspondences.size(), kGrain, PoseNormalEquations{}, sum_up,
       [](PoseNormalEquations& sum, const PoseNormalEquations& part) { sum += part; });
+}
+
+void PoseNormalEquations::Inflate(double factor) {
+  const double scale = 1.0 / (factor * factor);
+  A *= scale;
+  b *= scale;
+  feigned *= scale;
+}
+
+void AddCommonError(const Matrix6d& D, Matrix6d& A, Vector6d& b) {
+  const Eigen::PartialPivLU<Matrix6d> shrink(Matrix6d::Identity() + A * D);
+  A = shrink.solve(A).eval();
+  A = (0.5 * (A + A.transpose())).eval();
+  b = shrink.solve(b).eval();
 }
 
 PoseNormalEquations& PoseNormalEquations::operator+=(const PoseNormalEquations& other) {

@@ -18,9 +18,17 @@ struct PoseNormalEquations {
   double weighted_squares = 0.0, weights = 0.0;  // of residuals in m, by robust weight
   double chi_square = 0.0;                       // of residuals in sigmas, by robust weight
   int inliers = 0;
+  // Mean of the squared residuals in sigmas: 1 where they are as large as the constraints claim.
+  double variance_factor() const { return weights > 0.0 ? chi_square / weights : 1.0; }
+  // As if all standard deviations were `factor` times as large.
+  void Inflate(double factor);
   PoseNormalEquations& operator+=(const PoseNormalEquations& other);
 };
 PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences,
                               const Pose3& T_world_body, const RegistrationConfig& config);
+
+// Adds `D`, the covariance of an error that all constraints share, to that of their solution, which
+// stays where it is: A <- (I + A D)^-1 A, b <- (I + A D)^-1 b. A may be singular.
+void AddCommonError(const Matrix6d& D, Matrix6d& A, Vector6d& b);
 
 }  // namespace mlvi

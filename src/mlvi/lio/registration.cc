@@ -78,6 +78,13 @@ Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vecto
   return update;
 }
 
+// How large the noise is beside what is claimed, as the residuals show it: rigs tell the noise of
+// their LiDAR generously or not at all well, and maps are as good as the sweeps they are made of.
+double NoiseScale(const PoseNormalEquations& sums, const RegistrationConfig& config) {
+  return std::clamp(std::sqrt(sums.variance_factor()), config.min_noise_scale,
+                    config.max_noise_scale);
+}
+
 bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig& config) {
   const FilterVector step = BoxMinus(a, b);
   return step.segment<3>(nav_index::kPosition).norm() < config.step_tolerance_m &&
@@ -113,10 +120,15 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       result.rms_residual =
           sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
+      RegistrationConfig shown = config;
+      const double scale = NoiseScale(sums, config);
+      shown.noise_inflation *= scale;
+      sums.Inflate(scale);
       DegenerateDirections directions = FindDegeneracy(
           sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
-      LeaveOutFeigned(correspondences, marks, x.nav.T_world_body, config, degeneracy, sums,
+      LeaveOutFeigned(correspondences, marks, x.nav.T_world_body, shown, degeneracy, sums,
                       directions);
+      AddCommonError(features.deskew_covariance, sums.A, sums.b);
       const Update update = Solve(prior, x, sums.A, sums.b, directions.motions);
       const FilterState next = BoxPlus(prior.mean, update.displacement);
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();

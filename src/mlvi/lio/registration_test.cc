@@ -116,6 +116,18 @@ TEST_F(RegistrationTest, CovarianceCoversTheScatterOfRepeatedTrials) {
   EXPECT_GT(nees_rotation, 3.0 / (2.0 * inflation * inflation));
 }
 
+TEST_F(RegistrationTest, CovarianceFollowsTheResidualsNotTheNoiseToldOfTheLidar) {
+  const LocalMap map = MapOf(test::FurnishedRoom(), 1);
+  const SweepFeatures features = Features(test::FurnishedRoom(), truth_, 7);
+  const auto sigma = [&](double told) {
+    rig_.lidar->range_noise = told;
+    const RegistrationResult result = Run(features, map, Prior(truth_, 0.1, 0.02));
+    return std::sqrt(PoseCovariance(result.estimate.covariance).topLeftCorner<3, 3>().trace());
+  };
+  const double honest = sigma(0.01), generous = sigma(0.03);
+  EXPECT_NEAR(generous / honest, 1.0, 0.2);  // three times the noise: about 2 if it were believed
+}
+
 TEST_F(RegistrationTest, InACorridorTheAxisIsFoundAndThePriorDecides) {
   const test::BoxWorld corridor = test::EndlessCorridor();
   rig_.lidar->max_range = 20.0;
