@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/sim/embree_mesh.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -45,11 +47,16 @@ void SetRays(const RayPacket& packet, RTCRay8& rays, int* valid) {
   }
 }
 
+// Builds the tree in one thread: it, and with it the choice between triangles hit at equal range, is
+// the same on every run. In an arena of one, as Embree's own setting ("threads=1") would limit the
+// threads of the whole process.
+void Commit(RTCScene scene) {
+  tbb::task_arena(1).execute([scene] { rtcCommitScene(scene); });
+}
+
 }  // namespace
 
-// One build thread: the tree, and with it the choice between triangles hit at equal range, is the
-// same on every run.
-EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice("threads=1")) {
+EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
   MLVI_CHECK(device_ != nullptr, "Embree has no device: error {}",
              static_cast<int>(rtcGetDeviceError(nullptr)));
 }
@@ -69,8 +76,8 @@ EmbreeMesh::EmbreeMesh(const EmbreeDevice& device, const TriangleMesh& mesh) {
   opaque_ = transparent.empty() ? all_ : new_scene();
   Attach(device, mesh, std::move(solid), true);
   Attach(device, mesh, std::move(transparent), false);
-  rtcCommitScene(all_);
-  if (opaque_ != all_) rtcCommitScene(opaque_);
+  Commit(all_);
+  if (opaque_ != all_) Commit(opaque_);
 }
 
 void EmbreeMesh::Attach(const EmbreeDevice& device, const TriangleMesh& mesh,
