@@ -201,10 +201,7 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
     const NavState& state = first.states[i];
     const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
     const auto trajectory =
-        samples.empty()
-            ? std::vector<NavState>{state}
-            : GyroTrajectory(Pose3(state.T_world_body.rotation(), Eigen::Vector3d::Zero()),
-                             state.v_world_body, state.bias, samples);
+        samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
     features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
     if (i + 1 < first.sweeps.size()) result.new_share = map.Insert(features, state.T_world_body);
     result.estimates.push_back({.state = state,

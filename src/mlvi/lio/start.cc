@@ -6,6 +6,7 @@
 
 #include "mlvi/imu/initialization.h"
 #include "mlvi/imu/preintegration.h"
+#include "mlvi/imu/propagation.h"
 
 namespace mlvi {
 namespace {
@@ -59,19 +60,25 @@ StartResult InWorld(const Pose3& T_world_level, StartResult start) {
   return start;
 }
 
-std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity,
-                                     const ImuBias& bias, std::span<const ImuSample> samples) {
-  std::vector<NavState> states(samples.size());
+std::vector<NavState> GyroTrajectory(const NavState& anchor, std::span<const ImuSample> samples) {
+  std::vector<NavState> states(samples.size(), anchor);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    states[i] = {
-        .stamp = samples[i].stamp, .T_world_body = pose, .v_world_body = velocity, .bias = bias};
+    states[i].stamp = samples[i].stamp;
     if (i == 0) continue;
     const double dt = (samples[i].stamp - samples[i - 1].stamp).seconds();
     const Eigen::Vector3d rate =
-        0.5 * (samples[i].angular_velocity + samples[i - 1].angular_velocity) - bias.gyroscope;
-    const Pose3& previous = states[i - 1].T_world_body;
-    states[i].T_world_body =
-        Pose3(previous.rotation() * ExpSo3(rate * dt), previous.translation() + velocity * dt);
+        0.5 * (samples[i].angular_velocity + samples[i - 1].angular_velocity) -
+        anchor.bias.gyroscope;
+    states[i].T_world_body = states[i - 1].T_world_body * Pose3(ExpSo3(rate * dt), {0.0, 0.0, 0.0});
+  }
+  // Until here the anchor's attitude is that of the first sample.
+  const Eigen::Quaterniond& R_anchor = anchor.T_world_body.rotation();
+  const Eigen::Quaterniond turn =
+      R_anchor * InterpolatePose(states, anchor.stamp).rotation().conjugate();
+  for (NavState& state : states) {
+    const double dt = (state.stamp - anchor.stamp).seconds();
+    state.T_world_body = Pose3(turn * state.T_world_body.rotation(),
+                               anchor.T_world_body.translation() + dt * anchor.v_world_body);
   }
   return states;
 }
@@ -109,11 +116,12 @@ void Start::BeginAnew() {
 
 Start::Kept Start::Registered(const LidarSweep& sweep) const {
   const bool first = kept_.empty();
-  const Time from = first ? sweep.stamp : kept_.back().sweep.end();
+  const Time from = first ? sweep.end() : kept_.back().sweep.end();
   const Pose3 start = first ? Pose3() : kept_.back().T_start_body;
   std::vector<ImuSample> samples = SamplesBetween(imu_, std::min(from, sweep.stamp), sweep.end());
   if (samples.empty()) samples.push_back({.stamp = sweep.end()});
-  const std::vector<NavState> trajectory = GyroTrajectory(start, velocity_, {}, samples);
+  const std::vector<NavState> trajectory = GyroTrajectory(
+      {.stamp = from, .T_world_body = start, .v_world_body = velocity_, .bias = {}}, samples);
   const DeskewedSweep deskewed = Deskew(sweep, trajectory, *rig_.lidar);
   Kept kept{.sweep = sweep,
             .T_start_body = Pose3(),
@@ -143,7 +151,12 @@ void Start::RebuildMap() {
   Kept& first = kept_.front();
   const std::vector<ImuSample> samples = SamplesBetween(imu_, first.sweep.stamp, first.sweep.end());
   if (!samples.empty()) {
-    const auto trajectory = GyroTrajectory(Pose3(), velocity_, {}, samples);
+    // The start frame is the body at the end of this sweep.
+    const auto trajectory = GyroTrajectory({.stamp = first.sweep.end(),
+                                            .T_world_body = first.T_start_body,
+                                            .v_world_body = velocity_,
+                                            .bias = {}},
+                                           samples);
     first.features = ExtractFeatures(Deskew(first.sweep, trajectory, *rig_.lidar), first.sweep,
                                      *rig_.lidar, config_);
   }

@@ -76,9 +76,9 @@ class Start {
 // What a registration of the start tells of a pose (pose chart): the floor that no step undercuts.
 Matrix6d StartInformation();
 
-// States through `samples` with rotation by the gyroscopes and constant velocity, from `pose` at
-// the first sample. For deskewing and guessing before gravity and biases are known.
-std::vector<NavState> GyroTrajectory(const Pose3& pose, const Eigen::Vector3d& velocity,
-                                     const ImuBias& bias, std::span<const ImuSample> samples);
+// States through `samples` with rotation by the gyroscopes and the constant velocity of `anchor`,
+// which is one of them: the state at anchor.stamp, within the span of the samples. For deskewing
+// and guessing before gravity and biases are known.
+std::vector<NavState> GyroTrajectory(const NavState& anchor, std::span<const ImuSample> samples);
 
 }  // namespace mlvi

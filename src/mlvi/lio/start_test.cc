@@ -37,9 +37,9 @@ TEST(Start, ASlowTurnIsNotTakenForABiasOfTheGyroscope) {
   std::optional<StartResult> result;
   for (int k = 0; k < 20 && !result; ++k) {
     const double t = k * kPeriod;
-    result = start.Add(test::Scan(test::FurnishedRoom(), motion, *rig.lidar, t, kBegin,
-                                  RandomStream(3).Fork(k)),
-                       test::ImuRun(motion, rig, t, t + kPeriod, kBegin, RandomStream(4)));
+    result = start.Add(
+        test::Scan(test::FurnishedRoom(), motion, *rig.lidar, t, kBegin, RandomStream(3).Fork(k)),
+        test::ImuRun(motion, rig, t, t + kPeriod, kBegin, RandomStream(4)));
   }
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->method, "static");
@@ -51,6 +51,25 @@ TEST(Start, ASlowTurnIsNotTakenForABiasOfTheGyroscope) {
                                     result->states.back().T_world_body.rotation();
   const double seconds = (result->states.back().stamp - result->states.front().stamp).seconds();
   EXPECT_NEAR(LogSo3(turned).z(), motion.rate * seconds, 0.003);  // of 0.008
+}
+
+TEST(GyroTrajectory, IsTheSteadyMotionThatItsAnchorLiesOn) {
+  const Rig rig = test::MakeTestRig();
+  const test::SteadyMotion motion{.velocity = {1.6, -1.0, 0.4}, .rate = {0.5, -1.0, 2.0}};
+  const std::vector<ImuSample> samples =
+      test::ImuRun(motion, rig, 0.3, 0.4, kBegin, RandomStream(1), false);
+  for (const double at : {0.3, 0.3517, 0.4}) {
+    const NavState anchor{.stamp = kBegin + Duration::FromSeconds(at),
+                          .T_world_body = motion.At(at),
+                          .v_world_body = motion.velocity,
+                          .bias = {}};
+    const std::vector<NavState> trajectory = GyroTrajectory(anchor, samples);
+    ASSERT_EQ(trajectory.size(), samples.size());
+    for (const NavState& state : trajectory) {
+      const Pose3 truth = motion.At((state.stamp - kBegin).seconds());
+      EXPECT_LT(BoxMinus(state.T_world_body, truth).norm(), 1e-8);
+    }
+  }
 }
 
 }  // namespace

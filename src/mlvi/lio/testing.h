@@ -5,6 +5,7 @@
 // Exact but for the noise that a test asks for.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -40,6 +41,17 @@ struct BoxWorld {
       if (enter > 0.0 && enter < leave) range = std::min(range, enter);
     }
     return range;
+  }
+
+  // Of a point to the nearest plane that one of the boxes' faces lies in (m).
+  double DistanceToFaces(const Eigen::Vector3d& point) const {
+    double distance = std::min((point - room.low).cwiseAbs().minCoeff(),
+                               (point - room.high).cwiseAbs().minCoeff());
+    for (const Box& box : obstacles) {
+      distance = std::min({distance, (point - box.low).cwiseAbs().minCoeff(),
+                           (point - box.high).cwiseAbs().minCoeff()});
+    }
+    return distance;
   }
 };
 
@@ -88,6 +100,21 @@ struct SwingMotion {
         LogSo3(before.rotation().conjugate() * after.rotation()) / (2.0 * kStep);
     sample.linear_acceleration =
         now.rotation().conjugate() * (acceleration + Eigen::Vector3d(0.0, 0.0, gravity));
+    return sample;
+  }
+};
+
+// Constant velocity (world) and constant turn (body) through the origin at time 0.
+struct SteadyMotion {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();      // rad/s
+
+  Pose3 At(double t) const { return Pose3(ExpSo3(rate * t), velocity * t); }
+  ImuSample ImuAt(double t, Time begin, double gravity) const {
+    ImuSample sample;
+    sample.stamp = begin + Duration::FromSeconds(t);
+    sample.angular_velocity = rate;
+    sample.linear_acceleration = At(t).rotation().conjugate() * Eigen::Vector3d(0.0, 0.0, gravity);
     return sample;
   }
 };
