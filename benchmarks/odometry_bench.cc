@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/LU>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -42,7 +43,8 @@ struct Outcome {
   std::uint64_t seed = 0;
   double odometry_ate = NAN, trajectory_ate = NAN;  // m, se3-aligned rmse
   double attitude_rmse_deg = 0.0, attitude_max_deg = 0.0;
-  std::vector<double> nees;  // of the pose, once per second
+  // Once per second: of the pose, of its position and its rotation alone (three degrees of freedom each).
+  std::vector<double> nees, nees_position, nees_rotation;
   double sweep_p50_ms = 0.0, sweep_p99_ms = 0.0;
   std::int64_t sweeps = 0, used = 0, degenerate = 0, resets = 0;
   Eigen::Vector3d weak_axis = Eigen::Vector3d::Zero();
@@ -77,17 +79,30 @@ class NeesCollector {
     last_ = estimate.state.stamp;
     if (first) return;  // position and heading agree by construction
     const Pose3& T_world_body = estimate.state.T_world_body;
-    const auto nees = PoseNees(T_world_body, T_world_truth_ * T_truth_body,
-                               PoseChartCovariance(T_world_body.R(), estimate.covariance));
-    if (nees) values_.push_back(*nees);
+    const Pose3 T_world_truth = T_world_truth_ * T_truth_body;
+    const Matrix6d covariance = PoseChartCovariance(T_world_body.R(), estimate.covariance);
+    const auto nees = PoseNees(T_world_body, T_world_truth, covariance);
+    if (!nees) return;
+    pose_.push_back(*nees);
+    const Vector6d error = BoxMinus(T_world_truth, T_world_body);
+    const auto part = [&](int offset) {
+      const Eigen::Vector3d e = error.segment<3>(offset);
+      return e.dot(covariance.block<3, 3>(offset, offset).inverse() * e);
+    };
+    position_.push_back(part(0));
+    rotation_.push_back(part(3));
   }
-  const std::vector<double>& values() const { return values_; }
+  void WriteTo(Outcome& outcome) const {
+    outcome.nees = pose_;
+    outcome.nees_position = position_;
+    outcome.nees_rotation = rotation_;
+  }
 
  private:
   const Recording& recording_;
   Pose3 T_world_truth_;
   Time last_;
-  std::vector<double> values_;
+  std::vector<double> pose_, position_, rotation_;
 };
 
 Trajectory TruthAt(const Recording& recording, const Trajectory& estimate) {
@@ -135,7 +150,7 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   }
   slam.Finish();
   outcome.rss_end_mb = ResidentMegabytes();
-  outcome.nees = nees.values();
+  nees.WriteTo(outcome);
   const auto stages = slam.times().Summarize();
   outcome.sweep_p50_ms = stages.at("sweep").p50_ms;
   outcome.sweep_p99_ms = stages.at("sweep").p99_ms;
@@ -176,23 +191,24 @@ void Print(const Options& options, const Outcome& o) {
   std::fflush(stdout);
 }
 
-// The mean over seeds of the pose's NEES at each second is made of independent values: its band is the test.
-void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes) {
-  std::size_t seconds = outcomes.front().nees.size();
-  for (const Outcome& o : outcomes) seconds = std::min(seconds, o.nees.size());
+// The mean over seeds of a NEES at each second is made of independent values: its band is the test.
+void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes, const char* what, std::vector<double> Outcome::*nees,
+                        int dof) {
+  std::size_t seconds = (outcomes.front().*nees).size();
+  for (const Outcome& o : outcomes) seconds = std::min(seconds, (o.*nees).size());
   std::size_t inside = 0;
   std::vector<double> means;
   for (std::size_t k = 0; k < seconds; ++k) {
     std::vector<double> values;
-    for (const Outcome& o : outcomes) values.push_back(o.nees[k]);
-    const NeesSummary summary = SummarizeNees(values, 6);
+    for (const Outcome& o : outcomes) values.push_back((o.*nees)[k]);
+    const NeesSummary summary = SummarizeNees(values, dof);
     means.push_back(summary.mean);
     inside += summary.consistent() ? 1U : 0U;
   }
-  const NeesSummary band = SummarizeNees(std::vector<double>(outcomes.size(), 6.0), 6);
-  fmt::print("NEES of the pose over {} seeds, 95 % band of the mean [{:.2f}, {:.2f}], expected 6: inside at {} of {} "
+  const NeesSummary band = SummarizeNees(std::vector<double>(outcomes.size(), dof), dof);
+  fmt::print("NEES of the {} over {} seeds, 95 % band of the mean [{:.2f}, {:.2f}], expected {}: inside at {} of {} "
              "instants; means at those instants: {:.2f}\n",
-             outcomes.size(), band.low, band.high, inside, seconds, fmt::join(means, " "));
+             what, outcomes.size(), band.low, band.high, dof, inside, seconds, fmt::join(means, " "));
 }
 
 int Run(const Options& options) {
@@ -219,7 +235,11 @@ int Run(const Options& options) {
     outcomes.push_back(RunOnce(options, *rig, config, static_cast<std::uint64_t>(options.first_seed + i)));
     Print(options, outcomes.back());
   }
-  if (options.seeds > 1 && !options.json) PrintNeesOverSeeds(outcomes);
+  if (options.seeds > 1 && !options.json) {
+    PrintNeesOverSeeds(outcomes, "pose", &Outcome::nees, 6);
+    PrintNeesOverSeeds(outcomes, "position", &Outcome::nees_position, 3);
+    PrintNeesOverSeeds(outcomes, "rotation", &Outcome::nees_rotation, 3);
+  }
   return 0;
 }
 
