@@ -64,12 +64,11 @@ Expected<SlamConfig> ResolveConfig(const RunOptions& options) {
 
 // `all` takes what the recording holds; cameras asked for by name must be in it.
 RosBagSourceOptions SourceOptions(const RunOptions& options, const SlamConfig& config, const Rig& rig) {
-  RosBagSourceOptions source{.use_lidar = rig.lidar.has_value(),
-                             .cameras_required = options.cameras != "all",
-                             .max_image_rate = config.visual.sets.max_rate,
-                             .image_tolerance = config.visual.sets.tolerance};
-  for (const CameraSpec& camera : rig.cameras) source.cameras.push_back(camera.name);
-  return source;
+  return {.use_lidar = rig.lidar.has_value(),
+          .cameras = rig.CameraNames(),
+          .cameras_required = options.cameras != "all",
+          .max_image_rate = config.visual.sets.max_rate,
+          .image_tolerance = config.visual.sets.tolerance};
 }
 
 // The instants that the recording spans, as far as it was read.

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <sstream>
-#include <vector>
 
 #include "mlvi/base/config.h"
 
@@ -18,20 +17,12 @@ namespace {
 
 constexpr ErrorKind kKind = ErrorKind::kConfiguration;
 
-std::vector<std::string> SplitAtCommas(const std::string& list) {
-  std::vector<std::string> names;
-  std::istringstream stream(list);
-  for (std::string name; std::getline(stream, name, ',');) names.push_back(name);
-  return names;
-}
-
 // In the order of the rig, whatever the order on the command line: results must not depend on that.
 Expected<std::vector<CameraSpec>> SelectCameras(const Rig& rig, const std::string& list) {
   if (list == "none") return std::vector<CameraSpec>();
   if (rig.cameras.empty()) return MakeError(kKind, "--cameras {}: rig '{}' has no cameras", list, rig.name);
   if (list == "all") return rig.cameras;
-  std::vector<std::string> known;
-  for (const CameraSpec& camera : rig.cameras) known.push_back(camera.name);
+  const std::vector<std::string> known = rig.CameraNames();
   const std::vector<std::string> wanted = SplitAtCommas(list);
   for (const std::string& name : wanted) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
@@ -51,6 +42,13 @@ Expected<std::vector<CameraSpec>> SelectCameras(const Rig& rig, const std::strin
 }
 
 }  // namespace
+
+std::vector<std::string> SplitAtCommas(const std::string& list) {
+  std::vector<std::string> names;
+  std::istringstream stream(list);
+  for (std::string name; std::getline(stream, name, ',');) names.push_back(name);
+  return names;
+}
 
 Expected<Rig> SelectSensors(const Rig& rig, const std::string& cameras, bool no_lidar) {
   const auto selected = SelectCameras(rig, cameras);

@@ -12,7 +12,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -28,6 +27,7 @@
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
 #include "mlvi/sim/scene_import.h"
+#include "sensor_selection.h"
 
 namespace {
 
@@ -148,17 +148,10 @@ Expected<SimulatedRig> ResolveRig(const SimulateOptions& options, const Sequence
   return StandardSequence(options.sequence, *rig, options.seconds, options.seed).rig;
 }
 
-// "all", "none" or names parted by commas.
+// "all", "none" or names separated by commas.
 std::vector<std::string> CameraNames(const std::string& text, const Rig& rig) {
-  std::vector<std::string> names;
-  if (text == "none") return names;
-  if (text == "all") {
-    for (const CameraSpec& camera : rig.cameras) names.push_back(camera.name);
-    return names;
-  }
-  std::istringstream list(text);
-  for (std::string name; std::getline(list, name, ',');) names.push_back(name);
-  return names;
+  if (text == "none") return {};
+  return text == "all" ? rig.CameraNames() : SplitAtCommas(text);
 }
 
 Expected<SequenceOptions> Resolve(const SimulateOptions& options) {

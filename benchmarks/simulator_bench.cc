@@ -63,9 +63,7 @@ int Run(const Options& options) {
   if (!rig) return fmt::print(stderr, "{}\n", rig.error().message), 1;
   SequenceOptions sequence = StandardSequence(options.sequence, *rig, 0.0, 1);
   sequence.cameras = options.cameras;
-  if (sequence.cameras.empty()) {
-    for (const CameraSpec& camera : rig->cameras) sequence.cameras.push_back(camera.name);
-  }
+  if (sequence.cameras.empty()) sequence.cameras = rig->CameraNames();
   sequence.image_rate = 10.0;
   if (const auto ok = CheckOptions(sequence); !ok)
     return fmt::print(stderr, "{}\n", ok.error().message), 1;

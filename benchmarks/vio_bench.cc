@@ -82,7 +82,7 @@ std::string DrawImages(const Options& o, const Rig& rig) {
   if (std::filesystem::exists(path)) return path;
   std::filesystem::create_directories(o.cache);
   SequenceOptions sequence = MakeSequence(o, rig);
-  for (const CameraSpec& camera : rig.cameras) sequence.cameras.push_back(camera.name);
+  sequence.cameras = rig.CameraNames();
   Recording recording(sequence);
   const std::string unfinished = path + ".unfinished";
   std::ofstream out(unfinished, std::ios::binary);

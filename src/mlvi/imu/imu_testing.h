@@ -98,15 +98,18 @@ inline Eigen::Vector3d NormalVector(RandomStream& random, double sigma) {
   return sigma * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
 }
 
-// Adds white noise and a bias that starts at `bias` and walks. Returns the bias at the last sample.
+// Adds white noise and a bias that starts at `bias` and walks. Returns the bias at the last sample;
+// `biases`, if given, takes those at all samples.
 inline ImuBias AddImuNoise(const ImuSpec& imu, ImuBias bias, RandomStream& random,
-                           std::vector<ImuSample>& samples) {
+                           std::vector<ImuSample>& samples,
+                           std::vector<ImuBias>* biases = nullptr) {
   const double root_rate = std::sqrt(imu.rate_hz);
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       bias.accelerometer += NormalVector(random, imu.noise.accelerometer_random_walk / root_rate);
       bias.gyroscope += NormalVector(random, imu.noise.gyroscope_random_walk / root_rate);
     }
+    if (biases != nullptr) biases->push_back(bias);
     samples[k].linear_acceleration +=
         bias.accelerometer + NormalVector(random, imu.noise.accelerometer_density * root_rate);
     samples[k].angular_velocity +=

@@ -79,8 +79,7 @@ Expected<void> RosBagSource::SelectStreams() {
     select(Sensor::kLidar, rig_.lidar->topic, "lidar.topic");
     lidar_.emplace(*rig_.lidar);
   }
-  std::vector<std::string> names;
-  for (const CameraSpec& camera : rig_.cameras) names.push_back(camera.name);
+  const std::vector<std::string> names = rig_.CameraNames();
   for (const std::string& name : options_.cameras) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {

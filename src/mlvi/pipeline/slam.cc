@@ -14,12 +14,6 @@ namespace {
 // More than the longest start (start.max_span) and the longest factor (graph.keyframe_interval) need.
 constexpr Duration kImuMemory = Duration::FromMilliseconds(120'000);
 
-std::vector<std::string> CameraNames(const Rig& rig) {
-  std::vector<std::string> names;
-  for (const CameraSpec& camera : rig.cameras) names.push_back(camera.name);
-  return names;
-}
-
 }  // namespace
 
 void SlamConfig::Declare(ConfigDeclaration& d) {
@@ -36,7 +30,7 @@ Slam::Slam(const SlamConfig& config, const Rig& rig)
     : config_(config),
       rig_(rig),
       times_(std::make_unique<StageTimes>()),
-      sequencer_(config.sequencer, events_, CameraNames(rig)),
+      sequencer_(config.sequencer, events_, rig.CameraNames()),
       supervisor_(config.supervisor, rig, events_),
       graph_(config.graph, rig),
       imu_(kImuMemory) {

@@ -5,15 +5,6 @@
 #include <fmt/format.h>
 
 namespace mlvi {
-namespace {
-
-std::vector<std::string> NamesOf(const Rig& rig) {
-  std::vector<std::string> names;
-  for (const CameraSpec& camera : rig.cameras) names.push_back(camera.name);
-  return names;
-}
-
-}  // namespace
 
 void VisualConfig::Declare(ConfigDeclaration& d) {
   d.Section("images", sets);
@@ -25,9 +16,9 @@ VisualOdometry::VisualOdometry(const VisualConfig& config, const Rig& rig, Stage
     : events_(events),
       sets_(config.sets, static_cast<int>(rig.cameras.size())),
       watch_(config.watch, rig, events),
-      fit_(NamesOf(rig)),
+      fit_(rig.CameraNames()),
       vio_(config.vio, rig, times),
-      names_(NamesOf(rig)) {}
+      names_(rig.CameraNames()) {}
 
 std::vector<ImageSet> VisualOdometry::Advance(Time now) {
   watch_.Advance(now);

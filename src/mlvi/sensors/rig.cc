@@ -109,6 +109,12 @@ void CheckUnique(const std::vector<CameraSpec>& cameras, Checks& checks) {
 
 }  // namespace
 
+std::vector<std::string> Rig::CameraNames() const {
+  std::vector<std::string> names;
+  for (const CameraSpec& camera : cameras) names.push_back(camera.name);
+  return names;
+}
+
 Expected<void> Rig::Validate() const {
   Checks checks;
   checks.NotEmpty("name", name);

@@ -82,6 +82,9 @@ struct Rig {
   std::optional<Eigen::Vector3d> p_body_pano;  // centre S of the panoramic sphere; default: mean camera centre
   Pose3 T_body_groundtruth;                    // the frame that the dataset's ground truth describes
 
+  // In the order of `cameras`.
+  std::vector<std::string> CameraNames() const;
+
   // Checks ranges and relations of all values; the Error names field, value and constraint.
   Expected<void> Validate() const;
 };

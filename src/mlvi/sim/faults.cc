@@ -28,12 +28,6 @@ double BoxMean(const std::vector<std::uint8_t>& pixels, int width, int height, i
   return sum / count;
 }
 
-std::vector<std::string> CameraNames(const Rig& rig) {
-  std::vector<std::string> names;
-  for (const CameraSpec& camera : rig.cameras) names.push_back(camera.name);
-  return names;
-}
-
 Expected<void> CheckName(const std::string& name, const std::vector<std::string>& known,
                          const char* what) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return {};
@@ -99,7 +93,7 @@ void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& r
 }
 
 Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
-  const std::vector<std::string> cameras = CameraNames(rig);
+  const std::vector<std::string> cameras = rig.CameraNames();
   for (const CameraFault& fault : faults.cameras) {
     if (const auto ok = CheckName(fault.camera, cameras, "camera"); !ok) return ok;
   }

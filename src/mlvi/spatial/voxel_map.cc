@@ -148,17 +148,6 @@ std::size_t VoxelMap::EraseBeyond(const Eigen::Vector3f& center, double radius) 
   return erased;
 }
 
-void VoxelMap::Transform(const Pose3& T_new_old) {
-  std::vector<Eigen::Vector3f> points = Points();
-  for (Eigen::Vector3f& point : points) point = (T_new_old * point.cast<double>()).cast<float>();
-  Clear();
-  // Spacing is not asked again: in another grid, two neighbours of different cells may now share
-  // one.
-  const float spacing = std::exchange(squared_spacing_, 0.0F);
-  Insert(points);
-  squared_spacing_ = spacing;
-}
-
 void VoxelMap::Clear() {
   table_.Clear();
   cells_.clear();

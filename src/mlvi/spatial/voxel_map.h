@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "mlvi/geometry/pose3.h"
 #include "mlvi/spatial/voxel_table.h"
 
 namespace mlvi {
@@ -39,8 +38,6 @@ class VoxelMap {
   // Erases cells whose nearest corner is farther than `radius` from `center`; returns the number of
   // cells.
   std::size_t EraseBeyond(const Eigen::Vector3f& center, double radius);
-  // Moves all points and sorts them into cells anew.
-  void Transform(const Pose3& T_new_old);
   void Clear();
 
   // The `k` <= Neighbors::kCapacity nearest points within `max_distance` (m) of `query`: the exact

@@ -112,21 +112,6 @@ TEST(VoxelMap, KeepsSpacingAndCapacity) {
   }
 }
 
-TEST(VoxelMap, MovesWithATransform) {
-  const std::vector<Eigen::Vector3f> points = RandomPoints(500, 3.0, 8);
-  VoxelMap map({.voxel_size = 0.5, .max_points_per_voxel = 100, .min_spacing = 0.0});
-  map.Insert(points);
-  const Pose3 T(ExpSo3(Eigen::Vector3d(0.3, -0.2, 0.9)), Eigen::Vector3d(10.0, -3.0, 2.0));
-  map.Transform(T);
-  EXPECT_EQ(map.size(), points.size());
-  Neighbors nearest;
-  for (const Eigen::Vector3f& point : points) {
-    map.KNearest((T * point.cast<double>()).cast<float>(), 1, 0.1F, nearest);
-    ASSERT_EQ(nearest.count, 1);
-    EXPECT_LT(nearest.squared_distances[0], 1e-10F);
-  }
-}
-
 TEST(VoxelThin, KeepsOneMeasuredPointPerCell) {
   const std::vector<Eigen::Vector3f> points = RandomPoints(20000, 3.0, 9);
   const std::vector<Eigen::Vector3f> thinned = VoxelThinned(points, 0.5);

@@ -65,6 +65,12 @@ InertialPath::Step InertialPath::At(std::size_t k, const InertialUnknowns& unkno
   return step;
 }
 
+std::vector<InertialPath::Step> InertialPath::Steps(const InertialUnknowns& unknowns) const {
+  std::vector<Step> steps;
+  for (std::size_t k = 0; k < size(); ++k) steps.push_back(At(k, unknowns));
+  return steps;
+}
+
 InertialPath::Excitation InertialPath::FindExcitation(const ImuNoise& noise, double gravity) const {
   const Eigen::Index count = static_cast<Eigen::Index>(motions_.size());
   if (count < 3) return {};

@@ -28,6 +28,7 @@ inline constexpr int kSize = 11;
 }  // namespace inertial_index
 
 using InertialDelta = Eigen::Matrix<double, inertial_index::kSize, 1>;
+using InertialMatrix = Eigen::Matrix<double, inertial_index::kSize, inertial_index::kSize>;
 
 // Derivative of gravity by its two perturbations, which turn it on its sphere.
 Eigen::Matrix<double, 3, 2> GravityTangent(const Eigen::Vector3d& gravity);
@@ -56,6 +57,8 @@ class InertialPath {
         Eigen::Matrix<double, 3, inertial_index::kSize>::Zero();
   };
   Step At(std::size_t k, const InertialUnknowns& unknowns) const;
+  // At every instant.
+  std::vector<Step> Steps(const InertialUnknowns& unknowns) const;
 
   // What the IMU's noise and the walk of its biases add from the first instant to instant k > 0, in
   // the order and the frames of PreintegratedImu::covariance.

@@ -125,21 +125,9 @@ class SyntheticRecording {
   void MakeImu() {
     samples_ = options_.walk.Samples(0.0, options_.seconds + 1.0, options_.imu.rate_hz);
     RandomStream random(options_.seed, "synthetic imu");
-    ImuBias bias{.accelerometer = testing::NormalVector(random, options_.accelerometer_bias),
-                 .gyroscope = testing::NormalVector(random, options_.gyroscope_bias)};
-    const double root_rate = std::sqrt(options_.imu.rate_hz);
-    const ImuNoise& noise = options_.imu.noise;
-    for (ImuSample& sample : samples_) {
-      biases_.push_back(bias);
-      sample.linear_acceleration +=
-          bias.accelerometer +
-          testing::NormalVector(random, noise.accelerometer_density * root_rate);
-      sample.angular_velocity +=
-          bias.gyroscope + testing::NormalVector(random, noise.gyroscope_density * root_rate);
-      bias.accelerometer +=
-          testing::NormalVector(random, noise.accelerometer_random_walk / root_rate);
-      bias.gyroscope += testing::NormalVector(random, noise.gyroscope_random_walk / root_rate);
-    }
+    const ImuBias bias{.accelerometer = testing::NormalVector(random, options_.accelerometer_bias),
+                       .gyroscope = testing::NormalVector(random, options_.gyroscope_bias)};
+    testing::AddImuNoise(options_.imu, bias, random, samples_, &biases_);
   }
 
   // In a tube around the path and before and behind it.

@@ -14,9 +14,6 @@ namespace mlvi::internal {
 namespace {
 
 using inertial_index::kSize;
-using Matrix6x6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using InertialMatrix = Eigen::Matrix<double, kSize, kSize>;
 
 constexpr int kClosedFormRounds = 5;
 constexpr double kNominalDepth = 5.0;  // m, of points before the first round
@@ -56,9 +53,9 @@ std::vector<TurnedRay> TurnRays(const FeatureViews& views, const AlignmentData& 
 struct PointSystem {
   Eigen::Matrix3d XX = Eigen::Matrix3d::Identity() / (kDepthPrior * kDepthPrior);
   Eigen::Matrix<double, 3, 6> Xy = Eigen::Matrix<double, 3, 6>::Zero();
-  Matrix6x6 yy = Matrix6x6::Zero();
+  Matrix6d yy = Matrix6d::Zero();
   Eigen::Vector3d X = Eigen::Vector3d::Zero();
-  Vector6 y = Vector6::Zero();
+  Vector6d y = Vector6d::Zero();
 
   // `depth` of the point along the ray, m.
   void Add(const TurnedRay& ray, double depth) {
@@ -78,9 +75,9 @@ struct PointSystem {
 };
 
 // y from the equations that are left once all points are eliminated.
-Vector6 SolveReduced(std::span<const PointSystem> systems, double gravity) {
-  Matrix6x6 H = Matrix6x6::Zero();
-  Vector6 c = Vector6::Zero();
+Vector6d SolveReduced(std::span<const PointSystem> systems, double gravity) {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d c = Vector6d::Zero();
   for (const PointSystem& s : systems) {
     const Eigen::LLT<Eigen::Matrix3d> point(s.XX);
     H += s.yy - s.Xy.transpose() * point.solve(s.Xy);
@@ -88,7 +85,7 @@ Vector6 SolveReduced(std::span<const PointSystem> systems, double gravity) {
   }
   const Eigen::LDLT<Eigen::Matrix3d> velocity(H.topLeftCorner<3, 3>());
   const Eigen::Matrix3d across = H.topRightCorner<3, 3>();
-  Vector6 y;
+  Vector6d y;
   y.tail<3>() =
       MinimizeOnSphere(H.bottomRightCorner<3, 3>() - across.transpose() * velocity.solve(across),
                        c.tail<3>() - across.transpose() * velocity.solve(c.head<3>()), gravity);
@@ -96,14 +93,14 @@ Vector6 SolveReduced(std::span<const PointSystem> systems, double gravity) {
   return y;
 }
 
-Eigen::Vector3d OriginOf(const TurnedRay& ray, const Vector6& y) {
+Eigen::Vector3d OriginOf(const TurnedRay& ray, const Vector6d& y) {
   return ray.seconds * y.head<3>() + 0.5 * ray.seconds * ray.seconds * y.tail<3>() +
          ray.force_path + ray.offset;
 }
 
 // Sum over residuals, and the normal equations of one feature with its inverse depth eliminated.
 struct FeatureEquations {
-  Eigen::Matrix<double, kSize, kSize> H = InertialMatrix::Zero();
+  InertialMatrix H = InertialMatrix::Zero();
   InertialDelta b = InertialDelta::Zero();  // minus the gradient
   InertialDelta across = InertialDelta::Zero();
   double depth_H = 0.0, depth_b = 0.0;
@@ -123,15 +120,7 @@ PanoramicRay ExactRay(const PanoramicObservation& observation) {
 
 class Refiner {
  public:
-  Refiner(const AlignmentData& data, const InertialPath& path, const ImuSpec& imu)
-      : data_(data), path_(path), imu_(imu) {}
-
-  // Steps of the path under the unknowns.
-  std::vector<InertialPath::Step> Steps(const InertialUnknowns& unknowns) const {
-    std::vector<InertialPath::Step> steps;
-    for (std::size_t k = 0; k < path_.size(); ++k) steps.push_back(path_.At(k, unknowns));
-    return steps;
-  }
+  Refiner(const AlignmentData& data, const ImuSpec& imu) : data_(data), imu_(imu) {}
 
   FeatureEquations Linearize(const FeatureViews& views, double inverse_depth,
                              std::span<const InertialPath::Step> steps) const {
@@ -185,7 +174,6 @@ class Refiner {
   }
 
   const AlignmentData& data_;
-  const InertialPath& path_;
   const ImuSpec& imu_;
 };
 
@@ -196,8 +184,8 @@ struct Linearization {
 };
 
 Linearization LinearizeAll(const Refiner& refiner, const AlignmentData& data,
-                           const VisualInertialAlignment& alignment) {
-  const std::vector<InertialPath::Step> steps = refiner.Steps(alignment.unknowns);
+                           const InertialPath& path, const VisualInertialAlignment& alignment) {
+  const std::vector<InertialPath::Step> steps = path.Steps(alignment.unknowns);
   Linearization result;
   result.cost = refiner.PriorCost(alignment.unknowns.bias);
   for (std::size_t f = 0; f < data.features.size(); ++f) {
@@ -252,8 +240,7 @@ VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPat
   // Zero velocity and gravity: what is left of the path is what the IMU knows.
   const InertialUnknowns known{
       .velocity = Eigen::Vector3d::Zero(), .gravity = Eigen::Vector3d::Zero(), .bias = bias};
-  std::vector<InertialPath::Step> steps;
-  for (std::size_t k = 0; k < path.size(); ++k) steps.push_back(path.At(k, known));
+  const std::vector<InertialPath::Step> steps = path.Steps(known);
   std::vector<std::vector<TurnedRay>> rays;
   std::vector<std::vector<double>> depths;
   for (const FeatureViews& views : data.features) {
@@ -266,7 +253,7 @@ VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPat
     for (std::size_t f = 0; f < rays.size(); ++f) {
       for (std::size_t i = 0; i < rays[f].size(); ++i) systems[f].Add(rays[f][i], depths[f][i]);
     }
-    const Vector6 y = SolveReduced(systems, gravity);
+    const Vector6d y = SolveReduced(systems, gravity);
     result.unknowns = {.velocity = y.head<3>(), .gravity = y.tail<3>(), .bias = bias};
     result.inverse_depths.clear();
     for (std::size_t f = 0; f < rays.size(); ++f) {
@@ -283,15 +270,15 @@ VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPat
 
 RefinedAlignment RefineAlignment(const AlignmentData& data, const InertialPath& path,
                                  const VisualInertialAlignment& initial, const ImuSpec& imu) {
-  const Refiner refiner(data, path, imu);
+  const Refiner refiner(data, imu);
   RefinedAlignment result;
   result.alignment = initial;
-  Linearization current = LinearizeAll(refiner, data, initial);
+  Linearization current = LinearizeAll(refiner, data, path, initial);
   double lambda = 1e-4;
   while (result.iterations < kMaxIterations && !result.converged && lambda < 1e10) {
     ++result.iterations;
     const VisualInertialAlignment trial = StepFrom(refiner, current, result.alignment, lambda);
-    Linearization next = LinearizeAll(refiner, data, trial);
+    Linearization next = LinearizeAll(refiner, data, path, trial);
     if (!(next.cost < current.cost)) {
       lambda *= 10.0;
       continue;

@@ -44,8 +44,7 @@ VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPat
 
 struct RefinedAlignment {
   VisualInertialAlignment alignment;
-  Eigen::Matrix<double, inertial_index::kSize, inertial_index::kSize> covariance =
-      Eigen::Matrix<double, inertial_index::kSize, inertial_index::kSize>::Zero();
+  InertialMatrix covariance = InertialMatrix::Zero();
   double rms = 0.0;           // of whitened residuals per axis, those of outliers cut
   double inlier_share = 0.0;  // of the residuals within three sigma
   int iterations = 0;

@@ -90,6 +90,12 @@ Initialization RestAt(const Initialization& rest, std::span<const FrameInstant> 
   return start;
 }
 
+std::vector<Time> InstantsOf(std::span<const FrameInstant> frames) {
+  std::vector<Time> instants;
+  for (const FrameInstant& frame : frames) instants.push_back(frame.stamp);
+  return instants;
+}
+
 struct Alignment {
   internal::RefinedAlignment refined;
   InertialPath::Excitation excitation;
@@ -97,8 +103,7 @@ struct Alignment {
 
 Alignment Align(const StartData& data, const internal::AlignmentData& features, const ImuSpec& imu,
                 double gravity) {
-  std::vector<Time> instants;
-  for (const FrameInstant& frame : data.frames) instants.push_back(frame.stamp);
+  const std::vector<Time> instants = InstantsOf(data.frames);
   ImuBias bias;
   InertialPath path(instants, data.samples, bias, imu);
   internal::RefinedAlignment refined = internal::RefineAlignment(
@@ -166,7 +171,7 @@ Eigen::Matrix<double, 3, 2> LevelDerivative(const Eigen::Quaterniond& R_world_fi
 // the way, of which the tracks have taken back a part that is not counted.
 Matrix15d LastCovariance(const InertialPath& path, const InertialUnknowns& unknowns,
                          const Eigen::Quaterniond& R_world_first,
-                         const Eigen::Matrix<double, kSize, kSize>& covariance) {
+                         const InertialMatrix& covariance) {
   using nav_index::kPosition, nav_index::kRotation;
   const InertialPath::Step step = path.At(path.size() - 1, unknowns);
   const Eigen::Matrix3d R = R_world_first.toRotationMatrix();
@@ -195,11 +200,11 @@ Matrix15d LastCovariance(const InertialPath& path, const InertialUnknowns& unkno
 
 // The biases that are found have taken the mean of the white noise with them, and are those of the
 // middle of the path.
-Eigen::Matrix<double, kSize, 1> BiasVariance(const ImuNoise& noise, double seconds) {
+InertialDelta BiasVariance(const ImuNoise& noise, double seconds) {
   const auto variance = [seconds](double density, double walk) {
     return density * density / seconds + walk * walk * seconds / 3.0;
   };
-  Eigen::Matrix<double, kSize, 1> result = Eigen::Matrix<double, kSize, 1>::Zero();
+  InertialDelta result = InertialDelta::Zero();
   result.segment<3>(inertial_index::kAccelerometerBias)
       .setConstant(variance(noise.accelerometer_density, noise.accelerometer_random_walk));
   result.segment<3>(inertial_index::kGyroscopeBias)
@@ -210,20 +215,20 @@ Eigen::Matrix<double, kSize, 1> BiasVariance(const ImuNoise& noise, double secon
 Initialization StatesOf(const StartData& data, const internal::RefinedAlignment& refined,
                         double scale, const ImuSpec& imu) {
   const InertialUnknowns& unknowns = refined.alignment.unknowns;
-  std::vector<Time> instants;
-  for (const FrameInstant& frame : data.frames) instants.push_back(frame.stamp);
+  const std::vector<Time> instants = InstantsOf(data.frames);
   const InertialPath path(instants, data.samples, unknowns.bias, imu);
   const Eigen::Quaterniond R_world_first = LevelRotation(-unknowns.gravity);
   const Pose3 T_world_first(R_world_first, Eigen::Vector3d::Zero());
   Initialization start{.method = "visual-inertial", .rms_residual = refined.rms};
-  for (std::size_t k = 0; k < path.size(); ++k) {
-    const InertialPath::Step step = path.At(k, unknowns);
+  const std::vector<InertialPath::Step> steps = path.Steps(unknowns);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const InertialPath::Step& step = steps[k];
     start.states.push_back({.stamp = instants[k],
                             .T_world_body = T_world_first * step.T_first_body,
                             .v_world_body = R_world_first * step.velocity,
                             .bias = unknowns.bias});
   }
-  Eigen::Matrix<double, kSize, kSize> covariance = scale * scale * refined.covariance;
+  InertialMatrix covariance = scale * scale * refined.covariance;
   covariance.diagonal() += BiasVariance(imu.noise, path.Elapsed(path.size() - 1));
   start.covariance = LastCovariance(path, unknowns, R_world_first, covariance);
   return start;
