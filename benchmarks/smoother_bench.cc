@@ -15,6 +15,7 @@
 #include "mlvi/factors/between_factor.h"
 #include "mlvi/factors/prior_factor.h"
 #include "mlvi/io/g2o.h"
+#include "mlvi/solver/ceres_problem.h"
 #include "mlvi/solver/incremental_smoother.h"
 
 namespace mlvi {
@@ -95,10 +96,9 @@ using Blocks = std::vector<std::array<double, kPoseBlockSize>>;
 double SolveBatch(const Sequence& sequence, int count, Blocks* blocks) {
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  PoseManifold manifold;
+  const auto manifold = std::make_shared<PoseManifold>();
   ceres::Problem problem(ownership);
-  for (int i = 0; i < count; ++i) problem.AddParameterBlock((*blocks)[i].data(), kPoseBlockSize, &manifold);
+  for (int i = 0; i < count; ++i) AddParameterBlock(manifold, (*blocks)[i].data(), problem);
   problem.AddResidualBlock(sequence.prior().get(), nullptr, (*blocks)[0].data());
   for (int i = 0; i < count; ++i) {
     for (const Sequence::Edge& edge : sequence.arriving(i)) {

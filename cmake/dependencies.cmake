@@ -11,8 +11,8 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)
 # Formatting of messages.
 find_package(fmt REQUIRED)
-# Factors are ceres::CostFunction, variables ceres::Manifold; batch solving and the oracle of the smoother.
-find_package(Ceres 2.1 REQUIRED)
+# Factors are ceres::CostFunction; batch solving as the oracle of the smoother. 2.0 is Ubuntu 22.04's.
+find_package(Ceres 2.0 REQUIRED)
 # Configuration and rig files.
 find_package(yaml-cpp REQUIRED)
 # summary.json, sequence.json, --json.

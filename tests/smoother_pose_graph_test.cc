@@ -12,6 +12,7 @@
 #include "mlvi/factors/between_factor.h"
 #include "mlvi/factors/prior_factor.h"
 #include "mlvi/io/g2o.h"
+#include "mlvi/solver/ceres_problem.h"
 #include "mlvi/solver/incremental_smoother.h"
 
 namespace mlvi {
@@ -57,7 +58,7 @@ class PoseGraphRun {
     blocks.resize(ids.size());
     for (std::size_t i = 0; i < ids.size(); ++i) {
       std::ranges::copy(smoother.Estimate(ids[i]), blocks[i].begin());
-      problem->AddParameterBlock(blocks[i].data(), kPoseBlockSize, manifold_.get());
+      AddParameterBlock(manifold_, blocks[i].data(), *problem);
     }
     problem->AddResidualBlock(prior_.get(), nullptr, blocks[0].data());
     for (std::size_t e = 0; e < factors_.size(); ++e) {
@@ -76,7 +77,6 @@ class PoseGraphRun {
   static ceres::Problem::Options Borrowing() {
     ceres::Problem::Options options;
     options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     return options;
   }
 

@@ -6,19 +6,20 @@
 #pragma once
 
 #include <ceres/cost_function.h>
-#include <ceres/manifold.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "mlvi/solver/manifold.h"
+
 namespace mlvi {
 
 // One parameter block: where to evaluate, and its manifold (null = Euclidean).
 struct FactorBlock {
   Eigen::VectorXd value;
-  const ceres::Manifold* manifold = nullptr;
+  const Manifold* manifold = nullptr;
 };
 
 namespace internal {

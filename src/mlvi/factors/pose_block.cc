@@ -24,28 +24,15 @@ Eigen::Matrix<double, 6, 7> PoseMinusJacobian(const double* block) {
   return J;
 }
 
-bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+void PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
   StorePose(BoxPlus(LoadPose(x), Eigen::Map<const Vector6d>(delta)), x_plus_delta);
-  return true;
 }
 
-bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
+void PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
   Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> J(jacobian);
   J.setZero();
   J.topLeftCorner<3, 3>() = LoadPose(x).R();
   J.bottomRightCorner<4, 3>() = 0.5 * QuaternionTimesVector(x + 3);
-  return true;
-}
-
-bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  Eigen::Map<Vector6d>{y_minus_x} = BoxMinus(LoadPose(y), LoadPose(x));
-  return true;
-}
-
-bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J(jacobian);
-  J = PoseMinusJacobian(x);
-  return true;
 }
 
 }  // namespace mlvi

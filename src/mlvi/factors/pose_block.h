@@ -9,11 +9,10 @@
 // MinusJacobian * PlusJacobian = I makes the round trip exact.
 #pragma once
 
-#include <ceres/manifold.h>
-
 #include <Eigen/Core>
 
 #include "mlvi/geometry/pose3.h"
+#include "mlvi/solver/manifold.h"
 
 namespace mlvi {
 
@@ -33,15 +32,12 @@ inline void StorePose(const Pose3& pose, double* block) {
 // d(chart at x) / d(ambient) at x, 6 x 7, for a unit quaternion.
 Eigen::Matrix<double, 6, 7> PoseMinusJacobian(const double* block);
 
-// ceres::Manifold of the pose block.
-class PoseManifold final : public ceres::Manifold {
+class PoseManifold final : public Manifold {
  public:
   int AmbientSize() const override { return kPoseBlockSize; }
   int TangentSize() const override { return 6; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
+  void Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  void PlusJacobian(const double* x, double* jacobian) const override;
 };
 
 // Writes the ambient Jacobian (rows x 7, row-major) of a residual whose local Jacobian is `local` (rows x 6).

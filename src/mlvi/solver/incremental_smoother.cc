@@ -33,7 +33,7 @@ class IncrementalSmoother::Impl {
     MLVI_CHECK(config.max_rounds >= 1, "max_rounds {}", config.max_rounds);
   }
 
-  VariableId AddVariable(std::span<const double> value, std::shared_ptr<const ceres::Manifold> manifold,
+  VariableId AddVariable(std::span<const double> value, std::shared_ptr<const Manifold> manifold,
                          std::span<const double> scale) {
     factors_of_.emplace_back();
     return VariableId(variables_.Add(value, std::move(manifold), scale));
@@ -323,7 +323,7 @@ IncrementalSmoother::IncrementalSmoother(IncrementalSmoother&&) noexcept = defau
 IncrementalSmoother& IncrementalSmoother::operator=(IncrementalSmoother&&) noexcept = default;
 
 VariableId IncrementalSmoother::AddVariable(std::span<const double> value,
-                                            std::shared_ptr<const ceres::Manifold> manifold,
+                                            std::shared_ptr<const Manifold> manifold,
                                             std::span<const double> scale) {
   return impl_->AddVariable(value, std::move(manifold), scale);
 }

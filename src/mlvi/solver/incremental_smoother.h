@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // iSAM2 (Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert, "iSAM2: Incremental smoothing and mapping using the Bayes
-// tree", IJRR 2012) over ceres::CostFunction factors and ceres::Manifold variables, so that one factor serves the
+// tree", IJRR 2012) over ceres::CostFunction factors and Manifold variables, so that one factor serves the
 // sliding window (Ceres) and the graph. It knows nothing of what the variables mean.
 //
 //   IncrementalSmoother smoother(config);
@@ -14,7 +14,6 @@
 
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
-#include <ceres/manifold.h>
 
 #include <Eigen/Core>
 #include <initializer_list>
@@ -24,6 +23,7 @@
 
 #include "mlvi/base/error.h"
 #include "mlvi/base/id.h"
+#include "mlvi/solver/manifold.h"
 
 namespace mlvi {
 
@@ -74,7 +74,7 @@ class IncrementalSmoother {
   // Adds a variable whose first estimate is `value` (ambient coordinates of `manifold`; null = Euclidean). `scale` holds
   // one positive number per tangent dimension, the unit of the thresholds (empty: 1). Takes part from the next Update
   // on. Later variables are eliminated later, so add them in temporal order.
-  VariableId AddVariable(std::span<const double> value, std::shared_ptr<const ceres::Manifold> manifold = nullptr,
+  VariableId AddVariable(std::span<const double> value, std::shared_ptr<const Manifold> manifold = nullptr,
                          std::span<const double> scale = {});
 
   // Adds the factor 1/2 loss(|cost|^2) over different `variables`, whose ambient sizes must be the parameter block sizes

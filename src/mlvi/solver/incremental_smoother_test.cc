@@ -6,10 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 
 #include "mlvi/base/parallel.h"
 #include "mlvi/base/random.h"
+#include "mlvi/solver/ceres_problem.h"
 
 namespace mlvi {
 namespace {
@@ -36,7 +38,20 @@ struct PlanarPlus {
     return true;
   }
 };
-using PlanarManifold = ceres::AutoDiffManifold<PlanarPlus, 4, 3>;
+class PlanarManifold final : public Manifold {
+ public:
+  int AmbientSize() const override { return 4; }
+  int TangentSize() const override { return 3; }
+  void Plus(const double* x, const double* delta, double* out) const override { PlanarPlus().Plus(x, delta, out); }
+  void PlusJacobian(const double* x, double* jacobian) const override {
+    using Jet = ceres::Jet<double, 3>;
+    const std::array<Jet, 4> point = {Jet(x[0]), Jet(x[1]), Jet(x[2]), Jet(x[3])};
+    const std::array<Jet, 3> zero = {Jet(0.0, 0), Jet(0.0, 1), Jet(0.0, 2)};
+    std::array<Jet, 4> moved;
+    PlanarPlus().Plus(point.data(), zero.data(), moved.data());
+    for (int row = 0; row < 4; ++row) Eigen::Map<Eigen::Vector3d>{jacobian + 3 * row} = moved[row].v;
+  }
+};
 using Planar = Eigen::Vector4d;
 
 struct RelativeError {
@@ -144,12 +159,15 @@ class World {
   Batch Solve(const std::vector<VariableId>& covariance_of = {}) const {
     ceres::Problem::Options ownership;
     ownership.cost_function_ownership = ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
     Batch batch;
     for (const VariableId id : ids) batch.values.push_back(Estimate(id));
     for (Eigen::VectorXd& x : batch.values) {
-      problem.AddParameterBlock(x.data(), static_cast<int>(x.size()), x.size() == 4 ? manifold.get() : nullptr);
+      if (x.size() == 4) {
+        AddParameterBlock(manifold, x.data(), problem);
+      } else {
+        problem.AddParameterBlock(x.data(), static_cast<int>(x.size()));
+      }
     }
     for (const auto& [id, f] : factors) {
       std::vector<double*> blocks;
@@ -186,7 +204,7 @@ class World {
     int size = 0;
     for (const VariableId id : ids) {
       blocks.push_back((*values)[id.value()].data());
-      size += problem->ParameterBlockTangentSize(blocks.back());
+      size += (*values)[id.value()].size() == 4 ? 3 : static_cast<int>((*values)[id.value()].size());
     }
     EXPECT_TRUE(covariance.Compute(blocks, problem));
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> joint(size, size);

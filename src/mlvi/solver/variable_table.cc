@@ -9,7 +9,7 @@
 
 namespace mlvi::internal {
 
-int VariableTable::Add(std::span<const double> value, std::shared_ptr<const ceres::Manifold> manifold,
+int VariableTable::Add(std::span<const double> value, std::shared_ptr<const Manifold> manifold,
                        std::span<const double> scale) {
   const int ambient = static_cast<int>(value.size());
   MLVI_CHECK(ambient > 0, "a variable of size {}", ambient);

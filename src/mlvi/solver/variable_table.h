@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <ceres/manifold.h>
-
 #include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <vector>
+
+#include "mlvi/solver/manifold.h"
 
 namespace mlvi::internal {
 
@@ -15,7 +15,7 @@ namespace mlvi::internal {
 // linearisation point boxplus step.
 class VariableTable {
  public:
-  int Add(std::span<const double> value, std::shared_ptr<const ceres::Manifold> manifold,
+  int Add(std::span<const double> value, std::shared_ptr<const Manifold> manifold,
           std::span<const double> scale);
   void Truncate(int size);  // forgets the last ones
 
@@ -45,7 +45,7 @@ class VariableTable {
 
   std::vector<int> ambient_start_ = {0}, tangent_start_ = {0};
   std::vector<std::size_t> jacobian_start_ = {0};
-  std::vector<std::shared_ptr<const ceres::Manifold>> manifolds_;
+  std::vector<std::shared_ptr<const Manifold>> manifolds_;
   std::vector<double> linearization_, estimate_, delta_, inverse_scale_, plus_jacobian_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "mlvi/base/parallel.h"
 #include "mlvi/factors/imu_factor.h"
+#include "mlvi/solver/ceres_problem.h"
 #include "mlvi/vio/bearing_factor.h"
 #include "mlvi/vio/testing.h"
 #include "mlvi/vio/window_features.h"
@@ -123,8 +124,9 @@ struct BatchWindow {
     for (const Pose3& T : window.calibration.T_pano_camera)
       StorePose(T, cameras.emplace_back().data());
     for (const WindowFeature& f : window.features) depths.push_back(f.inverse_depth);
+    const auto manifold = std::make_shared<PoseManifold>();
     for (auto& s : states) {
-      problem.AddParameterBlock(s.data(), 7, new PoseManifold);
+      AddParameterBlock(manifold, s.data(), problem);
       problem.AddParameterBlock(s.data() + 7, 3);
       problem.AddParameterBlock(s.data() + 10, 6);
     }
