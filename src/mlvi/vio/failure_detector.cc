@@ -33,7 +33,7 @@ std::string FailureDetector::Check(const WindowEstimate& estimate, const NavStat
 std::string FailureDetector::CheckNow(const WindowEstimate& estimate,
                                       const NavState& predicted) const {
   const NavState& state = estimate.newest.state;
-  if (!estimate.solved || !state.T_world_body.translation().allFinite()) {
+  if (!estimate.solved || !BoxMinus(state, NavState()).allFinite()) {
     return fmt::format(
         "the window of {} features cannot be solved: too little is seen, or the "
         "calibration contradicts the images",
@@ -67,7 +67,7 @@ std::string FailureDetector::CheckNow(const WindowEstimate& estimate,
 std::string FailureDetector::CheckForLong(const WindowEstimate& estimate) {
   const Time now = estimate.newest.state.stamp;
   const bool few = estimate.features < config_.min_features;
-  const bool contradicts = estimate.imu_chi_square > config_.max_imu_chi_square;
+  const bool contradicts = !(estimate.imu_chi_square <= config_.max_imu_chi_square);
   if (!last_good_.valid() || !(few || contradicts)) {
     last_good_ = now;
     return {};
