@@ -37,8 +37,8 @@ Stumpff StumpffOfLargeTurn(int k, double x) {
   return {.value = c, .derivative = (before - k * c) / (2.0 * x)};
 }
 
-// Twelve terms of the series reach double precision for x < 10, that is turns of up to half a circle
-// within one interval.
+// Twelve terms of the series reach double precision for x < 10, that is turns of up to half a
+// circle within one interval.
 Stumpff EvaluateStumpff(int k, double x) {
   if (x > 8.0) return StumpffOfLargeTurn(k, x);
   double factorial = 1.0;
@@ -78,15 +78,23 @@ ForceIntegral IntegrateForce(int m, const Eigen::Vector3d& phi, const Eigen::Vec
 // 12 on average, and by A at most.
 constexpr double kMotionAngularFrequency =
     20.0;                                // rad/s: gait and hand-held shaking have little above 3 Hz
-constexpr double kRateAmplitude = 0.5;   // rad/s
-constexpr double kForceAmplitude = 2.0;  // m/s^2
+constexpr double kRateAmplitude = 1.5;   // rad/s, of quick motion by hand
+constexpr double kForceAmplitude = 5.0;  // m/s^2
 constexpr double kGapPeriods = 1.5;
 
-double GapVariance(double amplitude, double dt, double rate_hz) {
-  if (rate_hz <= 0.0 || dt * rate_hz <= kGapPeriods) return 0.0;
-  const double phase = kMotionAngularFrequency * dt;
+// Of the mean over `dt`, which is all of the `gap` between two measurements or a part of it. Parts
+// have the variance of white noise, so that their integrals add up to that over the whole.
+double GapVariance(double amplitude, double dt, double gap, double rate_hz) {
+  if (rate_hz <= 0.0 || gap * rate_hz <= kGapPeriods) return 0.0;
+  const double phase = kMotionAngularFrequency * gap;
   const double sigma = amplitude * std::min(1.0, phase * phase / 12.0);
-  return sigma * sigma;
+  return sigma * sigma * gap / dt;
+}
+
+// s, between the measurements that enclose the interval from `first` to `second`.
+double GapAround(const ImuSample& first, const ImuSample& second) {
+  return std::max({second.stamp - first.stamp, first.interpolated_over, second.interpolated_over})
+      .seconds();
 }
 
 // At the end of its range a sample says only "at least this much". Half the range again as one
@@ -113,8 +121,9 @@ ImuStep IntegrateStep(const ImuSample& first, const ImuSample& second, const Imu
       0.5 * (first.linear_acceleration + second.linear_acceleration) - bias.accelerometer;
   const Eigen::Vector3d phi = rate * dt;
   const ForceIntegral v = IntegrateForce(1, phi, force), p = IntegrateForce(2, phi, force);
+  const double gap = GapAround(first, second);
   const auto variance = [&](double density, double amplitude) {
-    return density * density / dt + GapVariance(amplitude, dt, imu.rate_hz);
+    return density * density / dt + GapVariance(amplitude, dt, gap, imu.rate_hz);
   };
   ImuStep step;
   step.dt = dt;

@@ -32,8 +32,8 @@ struct ImuStep {
   Eigen::Vector3d rate_variance, force_variance;
 };
 
-// From `first` to the later `second`. A saturated axis and an interval of more than 1.5 periods of
-// `imu` raise the variances (see the .cc for the models).
+// From `first` to the later `second`. A saturated axis and a gap of more than 1.5 periods of `imu`
+// between the measurements around the interval raise the variances (see the .cc for the models).
 ImuStep IntegrateStep(const ImuSample& first, const ImuSample& second, const ImuBias& bias,
                       const ImuSpec& imu);
 

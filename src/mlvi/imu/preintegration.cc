@@ -17,6 +17,7 @@ bool Earlier(const ImuSample& sample, Time time) { return sample.stamp < time; }
 ImuSample SampleAt(std::span<const ImuSample> samples, Time time) {
   const auto after = std::lower_bound(samples.begin(), samples.end(), time, Earlier);
   ImuSample result = after == samples.end() ? samples.back() : *after;
+  if (result.stamp == time) return result;
   if (after != samples.begin() && after != samples.end()) {
     const ImuSample& before = *(after - 1);
     const double alpha = (time - before.stamp).seconds() / (after->stamp - before.stamp).seconds();
@@ -24,6 +25,8 @@ ImuSample SampleAt(std::span<const ImuSample> samples, Time time) {
         (1.0 - alpha) * before.angular_velocity + alpha * after->angular_velocity;
     result.linear_acceleration =
         (1.0 - alpha) * before.linear_acceleration + alpha * after->linear_acceleration;
+    result.interpolated_over =
+        std::max({after->stamp - before.stamp, before.interpolated_over, after->interpolated_over});
   }
   result.stamp = time;
   return result;

@@ -39,7 +39,8 @@ struct PreintegratedImu {
   double dt() const { return (to - from).seconds(); }
 };
 
-// The samples of [from, to], linearly interpolated at both ends. `samples` must be in strictly
+// The samples of [from, to], linearly interpolated at both ends and marked so (ImuSample::
+// interpolated_over). `samples` must be in strictly
 // ascending order. Where they do not reach an end, the nearest sample is held there. Empty when
 // `samples` is empty or to <= from.
 std::vector<ImuSample> SamplesBetween(std::span<const ImuSample> samples, Time from, Time to);

@@ -8,6 +8,7 @@
 
 #include "mlvi/base/error.h"
 #include "mlvi/imu/imu_testing.h"
+#include "mlvi/imu/propagation.h"
 
 namespace mlvi {
 namespace {
@@ -200,6 +201,35 @@ TEST(PreintegrationTest, GapsAreCoveredByTheirNoise) {
   // factor of ten.
   EXPECT_LT(nees / count, 9.0);
   EXPECT_GT(nees / count, 9.0 / 100.0);
+}
+
+// Estimates in the middle of a gap, at instants of sweeps and keyframes, take nothing of its noise.
+TEST(PreintegrationTest, AGapThatIsCutIsAsUncertainAsTheWholeOne) {
+  const ImuSpec imu = TestImu();
+  auto samples = Walk().Samples(0.0, 1.0, imu.rate_hz);
+  std::erase_if(samples, [](const ImuSample& sample) {
+    const double t = Walk::Seconds(sample.stamp);
+    return t > 0.3 && t < 0.8;
+  });
+  const auto variances = [&](int parts) {
+    Matrix15d covariance = Matrix15d::Zero();
+    NavState state = Walk().State(0.0);
+    for (int k = 0; k < parts; ++k) {
+      const auto part =
+          SamplesBetween(samples, Walk::At(1.0 * k / parts), Walk::At((k + 1.0) / parts));
+      const Propagation propagation = Propagate(state, covariance, part, imu, kGravity);
+      state = propagation.states.back();
+      covariance = propagation.covariance;
+    }
+    return Eigen::Vector2d(covariance.block<3, 3>(6, 6).trace(),
+                           covariance.block<3, 3>(3, 3).trace());
+  };
+  const Eigen::Vector2d whole = variances(1);
+  for (const int parts : {2, 5, 20}) {
+    // Of rotation exactly; of velocity it matters when in the gap the body turns.
+    EXPECT_NEAR(variances(parts)[0] / whole[0], 1.0, 0.02) << parts;
+    EXPECT_NEAR(variances(parts)[1] / whole[1], 1.0, 0.5) << parts;
+  }
 }
 
 TEST(PreintegrationTest, SaturatedAxesLoseTheirWeightOthersDoNot) {

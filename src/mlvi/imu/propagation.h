@@ -18,8 +18,9 @@ struct Propagation {
   Matrix15d transition;          // d(last error) / d(first error)
 };
 
-// Integrates `start` (valid at samples.front().stamp) through all samples, with the midpoint rule
-// on the manifold, and its error-state covariance beside it. `gravity` in m/s^2, magnitude.
+// Integrates `start` (valid at samples.front().stamp) through all samples, rate and force constant
+// between neighbours, on the manifold, and its error-state covariance beside it. `gravity` in m/s^2,
+// magnitude.
 Propagation Propagate(const NavState& start, const Matrix15d& covariance,
                       std::span<const ImuSample> samples, const ImuSpec& imu, double gravity);
 

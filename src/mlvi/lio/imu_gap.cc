@@ -10,16 +10,19 @@ double SilentTime(std::span<const ImuSample> samples, Time from, Time to, double
   const Duration limit =
       Duration::FromSeconds(std::max(0.025, rate_hz > 0.0 ? 5.0 / rate_hz : 0.0));
   Duration silent;
-  Time previous = from;
-  const auto close = [&](Time begin, Time end) {
-    if (end - begin > limit) silent = silent + (std::min(end, to) - std::max(begin, from));
+  ImuSample previous{.stamp = from};
+  const auto close = [&](const ImuSample& next) {
+    const Duration pause =
+        std::max({next.stamp - previous.stamp, previous.interpolated_over, next.interpolated_over});
+    if (pause > limit)
+      silent = silent + (std::min(next.stamp, to) - std::max(previous.stamp, from));
   };
   for (const ImuSample& sample : samples) {
-    if (sample.stamp > from) close(previous, sample.stamp);
-    previous = sample.stamp;
+    if (sample.stamp > from) close(sample);
+    previous = sample;
     if (sample.stamp >= to) return silent.seconds();
   }
-  close(previous, to);
+  close({.stamp = to});
   return silent.seconds();
 }
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "mlvi/imu/preintegration.h"
+
 namespace mlvi {
 namespace {
 
@@ -24,6 +26,20 @@ TEST(SilentTime, CountsOnlyPausesInsideTheInterval) {
   EXPECT_NEAR(SilentTime(paused, At(0.1), At(0.22), 100.0), 0.11, 1e-9);
   EXPECT_NEAR(SilentTime(paused, At(0.21), At(0.40), 100.0), 0.18, 1e-9);  // ends early
   EXPECT_NEAR(SilentTime({}, At(0.0), At(0.1), 100.0), 0.1, 1e-9);
+}
+
+// Five periods of a slow IMU are as long as a sweep.
+TEST(SilentTime, SeesAPauseThatInterpolatedSamplesCut) {
+  const std::vector<ImuSample> paused = Samples({0.00, 0.02, 0.42, 0.44});
+  std::vector<ImuSample> fed;  // as they come with sweeps of 0.1 s
+  for (int k = 0; k < 4; ++k) {
+    for (const ImuSample& sample : SamplesBetween(paused, At(0.1 * k), At(0.1 * (k + 1)))) {
+      if (fed.empty() || sample.stamp > fed.back().stamp) fed.push_back(sample);
+    }
+  }
+  EXPECT_NEAR(SilentTime(fed, At(0.0), At(0.1), 50.0), 0.08, 1e-9);
+  EXPECT_NEAR(SilentTime(fed, At(0.1), At(0.2), 50.0), 0.1, 1e-9);
+  EXPECT_NEAR(SilentTime(fed, At(0.0), At(0.4), 50.0), 0.38, 1e-9);
 }
 
 TEST(Bent, KeepsTheStartAndMeetsTheEnd) {

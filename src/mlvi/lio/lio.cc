@@ -62,7 +62,7 @@ struct Lio::Impl {
   Matrix6d WorldError(const Pose3& T_world_body) const;
   StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored);
   double SilentTimeUntil(Time end) const;
-  Prediction PredictTo(const LidarSweep& sweep, double silent) const;
+  Prediction PredictTo(const LidarSweep& sweep) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
   SweepFeatures TimedFeatures(const DeskewedSweep& deskewed, const LidarSweep& sweep,
                               const Pose3& T_world_body, const StateEstimate& prior);
@@ -111,7 +111,7 @@ LioResult Lio::Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
   if (impl_->start) return impl_->Begin(sweep);
 
   const double silent = impl_->SilentTimeUntil(sweep.end());
-  const Prediction prediction = impl_->PredictTo(sweep, silent);
+  const Prediction prediction = impl_->PredictTo(sweep);
   const StateEstimate prior =
       guess ? FuseMotionGuess(impl_->estimate, prediction, *guess) : prediction.end;
   if (impl_->Overdue(sweep.end()) && impl_->BeyondSearch(prior)) {
@@ -249,12 +249,12 @@ double Lio::Impl::SilentTimeUntil(Time end) const {
   return SilentTime(imu, estimate.mean.nav.stamp, end, rig.imu.rate_hz);
 }
 
-Prediction Lio::Impl::PredictTo(const LidarSweep& sweep, double silent) const {
+Prediction Lio::Impl::PredictTo(const LidarSweep& sweep) const {
   Prediction prediction = Predict(
       estimate, SamplesBetween(imu, estimate.mean.nav.stamp, sweep.end()), rig.imu, rig.gravity);
   // A bad fit after a silence says nothing about the pose: the next sweep searches widely as well.
   const double unwatched = (sweep.end() - estimate.mean.nav.stamp).seconds();
-  AddGapUncertainty(prediction.end, fits_badly ? unwatched : silent, config.gap);
+  if (fits_badly) AddGapUncertainty(prediction.end, unwatched, config.gap);
   return prediction;
 }
 

@@ -65,10 +65,9 @@ void DegeneracyConfig::Declare(ConfigDeclaration& d) {
           "Along a direction that is otherwise left to the prior, constraints count whose normals "
           "have at least this cosine with it",
           {0.1, 1.0});
-  d.Field("min_facing_count", min_facing_count, "",
-          "Fewer such constraints are taken for bad fits", {1, 10000});
-  d.Field("min_mark_points", min_mark_points, "", "Fewer points on marks are not used",
+  d.Field("min_facing_count", min_facing_count, "", "Fewer such constraints are taken for bad fits",
           {1, 10000});
+  d.Field("min_mark_points", min_mark_points, "", "Fewer points on marks are not used", {1, 10000});
 }
 
 void MarkConfig::Declare(ConfigDeclaration& d) {
@@ -81,7 +80,8 @@ void MarkConfig::Declare(ConfigDeclaration& d) {
           "Standard deviation of the place of a mark that the number of its points cannot undercut",
           {0.001, 0.5});
   d.Field("min_sweeps", min_sweeps, "",
-          "A mark counts when so many sweeps have seen it: what moves is smeared by then", {1, 100});
+          "A mark counts when so many sweeps have seen it: what moves is smeared by then",
+          {1, 100});
 }
 
 void StartConfig::Declare(ConfigDeclaration& d) {
@@ -98,10 +98,10 @@ void StartConfig::Declare(ConfigDeclaration& d) {
 }
 
 void GapConfig::Declare(ConfigDeclaration& d) {
-  d.Field("rate_sigma", rate_sigma, "rad/s", "How far the body may turn while the IMU is silent",
-          {0.0, 20.0});
-  d.Field("acceleration_sigma", acceleration_sigma, "m/s^2",
-          "How the body may accelerate while the IMU is silent", {0.0, 100.0});
+  d.Field("rate_sigma", rate_sigma, "rad/s",
+          "How the body may turn while neither IMU nor registration tells", {0.0, 20.0});
+  d.Field("acceleration_sigma", acceleration_sigma, "m/s^2", "How it may accelerate in that time",
+          {0.0, 100.0});
   d.Field("max_silence", max_silence, "s", "After a longer silence sweeps are rejected",
           {0.0, 10.0});
   d.Field("passes", passes, "",

@@ -18,6 +18,7 @@ struct ImuSample {
   Time stamp;
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();     // rad/s, body frame
   Eigen::Vector3d linear_acceleration = Eigen::Vector3d::Zero();  // m/s^2, specific force, body frame
+  Duration interpolated_over;  // between the measured neighbours of an interpolated sample; zero for a measured one
 };
 
 // One return of a LiDAR, in the lidar frame at the instant of its own firing.
