@@ -36,10 +36,17 @@ function(mlvi_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE mlvi_build_options ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
   target_precompile_headers(${name} PRIVATE "${PROJECT_SOURCE_DIR}/cmake/precompiled.h" <gtest/gtest.h>)
-  target_compile_definitions(${name} PRIVATE
-    MLVI_SOURCE_DIR="${PROJECT_SOURCE_DIR}" MLVI_SHARED_DATA_DIR="${PROJECT_SOURCE_DIR}/../shared/data")
   include(GoogleTest)
   # RapidCheck draws a new seed each run unless told: a test must fail for everyone or for no one.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 600 ENVIRONMENT "RC_PARAMS=seed=1")
+endfunction()
+
+# Tells the tests `name` where this tree and the public recordings beside it lie. Not for all: a path in the command
+# line keeps ccache from sharing objects between trees.
+function(mlvi_test_paths name)
+  if(TARGET ${name})
+    target_compile_definitions(${name} PRIVATE
+      MLVI_SOURCE_DIR="${PROJECT_SOURCE_DIR}" MLVI_SHARED_DATA_DIR="${PROJECT_SOURCE_DIR}/../shared/data")
+  endif()
 endfunction()
