@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/lio/local_fit.h"
 
@@ -53,7 +54,7 @@ void Add(const Context& context, const Eigen::Vector3d& point, const LocalFit& f
   const double residual =
       normal.dot(context.R * point + context.view.T_world_body.translation() - fit.centroid);
   const double limit = kGateSigmas * context.config.robust_width;
-  if (residual * residual > limit * limit * (c.variance + c.gate)) return;
+  if (!(residual * residual <= limit * limit * (c.variance + c.gate))) return;
   out.push_back(c);
 }
 
@@ -64,7 +65,7 @@ void AddPlane(const Context& context, const Eigen::Vector3f& body, const Neighbo
   if (!fit) return;
   const Eigen::Vector3d tilt_a = Tilt(*fit, 1), tilt_b = Tilt(*fit, 2);
   const double max_sigma = context.config.max_normal_sigma;
-  if (tilt_a.squaredNorm() > max_sigma * max_sigma) return;  // spread 1 is the smaller one
+  if (!(tilt_a.squaredNorm() <= max_sigma * max_sigma)) return;  // spread 1 is the smaller one
   const Eigen::Vector3d point = body.cast<double>();
   const Eigen::Vector3d d =
       context.R * point + context.view.T_world_body.translation() - fit->centroid;
@@ -106,8 +107,9 @@ float SearchDistance(const Context& context, const Eigen::Vector3f& point) {
 }
 
 template <typename AddOne>
-void AssociateCloud(const Context& context, const PointCloud& cloud, const VoxelMap& map,
-                    const AddOne& add, std::vector<Correspondence>& out) {
+void AssociateCloud(const Context& context, const PointCloud& cloud, const std::vector<float>& lags,
+                    const VoxelMap& map, const AddOne& add, std::vector<Correspondence>& out) {
+  MLVI_CHECK(lags.size() == cloud.size(), "{} lags of {} points", lags.size(), cloud.size());
   std::vector<std::vector<Correspondence>> parts((cloud.size() + kGrain - 1) / kGrain);
   ParallelForChunks(cloud.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Correspondence>& part = parts[begin / kGrain];
@@ -118,7 +120,10 @@ void AssociateCloud(const Context& context, const PointCloud& cloud, const Voxel
           context.R * cloud[i].cast<double>() + context.view.T_world_body.translation();
       map.KNearest(world.cast<float>(), context.config.neighbors, SearchDistance(context, cloud[i]),
                    neighbors);
-      if (neighbors.count == context.config.neighbors) add(context, cloud[i], neighbors, part);
+      if (neighbors.count != context.config.neighbors) continue;
+      const std::size_t before = part.size();
+      add(context, cloud[i], neighbors, part);
+      for (std::size_t k = before; k < part.size(); ++k) part[k].lag = lags[i];
     }
   });
   for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
@@ -139,8 +144,8 @@ std::vector<Correspondence> Associate(const SweepFeatures& features, const Local
       .rotation_variance = view.pose_covariance.bottomRightCorner<3, 3>().trace()};
   std::vector<Correspondence> result;
   result.reserve(features.planes.size() + 2 * features.edges.size());
-  AssociateCloud(context, features.planes, map.planes(), AddPlane, result);
-  AssociateCloud(context, features.edges, map.edges(), AddLine, result);
+  AssociateCloud(context, features.planes, features.plane_lags, map.planes(), AddPlane, result);
+  AssociateCloud(context, features.edges, features.edge_lags, map.edges(), AddLine, result);
   return result;
 }
 

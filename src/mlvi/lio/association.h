@@ -18,6 +18,7 @@ struct Correspondence {
   double variance = 0.0;   // m^2: range and beam noise of the point, noise of the fit at the point
   double gate =
       0.0;  // m^2: what the uncertainty of the pose adds to the variance when outliers are told
+  float lag = 0.0F;  // share of the sweep's span between this firing and the last one
   // Standard deviations (rad) of the normal towards two perpendicular directions, along those;
   // world frame.
   Eigen::Vector3d tilt_a = Eigen::Vector3d::Zero();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "mlvi/lio/deskew.h"
+#include "mlvi/lio/deskew_error.h"
 #include "mlvi/lio/lio_config.h"
 
 namespace mlvi {
@@ -18,8 +19,10 @@ struct SweepFeatures {
   PointCloud map_edges;   // inserted into the map of edges
   PointCloud marks;  // what interrupts the surfaces along a weak axis (marks.h), if there is one
   PointCloud cloud;  // the whole sweep, thinned, for those who ask for it
-  // Of what the motion within the sweep leaves wrong in all its points together (DeskewCovariance).
-  Matrix6d deskew_covariance = Matrix6d::Zero();
+  // Of each point of `planes` and `edges`: the share of the sweep's span between its firing and the
+  // last one, in [0, 1].
+  std::vector<float> plane_lags, edge_lags;
+  DeskewError deskew;  // what is known of the motion within the sweep; nothing unknown by default
   std::string note;  // why the variant asked for was not possible; empty otherwise
 };
 

@@ -100,19 +100,6 @@ Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimat
   return F * drift * F.transpose() + new_share * PoseCovariance(to.covariance);
 }
 
-Matrix6d DeskewCovariance(const StateEstimate& predicted, Duration span, const ImuNoise& noise) {
-  const double T = span.seconds();
-  const FilterMatrix& P = predicted.covariance;
-  const double a = noise.accelerometer_density, g = noise.gyroscope_density;
-  Matrix6d D = Matrix6d::Zero();
-  D.topLeftCorner<3, 3>() = 0.25 * T * T * P.block<3, 3>(kVelocity, kVelocity);
-  D.bottomRightCorner<3, 3>() =
-      0.25 * T * T * P.block<3, 3>(nav_index::kGyroscopeBias, nav_index::kGyroscopeBias);
-  D.diagonal().head<3>().array() += a * a * T * T * T / 30.0;
-  D.diagonal().tail<3>().array() += g * g * T / 3.0;
-  return D;
-}
-
 Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples,
                    const ImuSpec& imu, double gravity) {
   const Eigen::Quaterniond R_world_level = TiltRotation(start.mean.tilt);

@@ -65,12 +65,6 @@ void AddPoseCovariance(const Matrix6d& pose, Matrix15d& covariance);
 Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to,
                     double new_share);
 
-// Covariance of what the motion within a sweep of length `span`, deskewed to its end, leaves wrong
-// in all its points together (world position, body rotation), by the state predicted for its end:
-// with lags uniform over the span, half of it times velocity and gyroscope bias, and the mean of
-// the integrals of white noise (s^2 T / 3 of the gyroscopes', s^2 T^3 / 30 of the accelerometers').
-Matrix6d DeskewCovariance(const StateEstimate& predicted, Duration span, const ImuNoise& noise);
-
 struct Prediction {
   std::vector<NavState> trajectory;  // one per sample
   StateEstimate end;                 // of the last sample

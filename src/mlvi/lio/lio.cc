@@ -218,7 +218,9 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   }
   // The world is where this pose says, however well it fits the map.
   const Matrix6d error = WorldError(first.states.back().T_world_body);
-  Accept(InTheirMap(features, AnchorToMap(first.states.back(), first.covariance)));
+  const StateEstimate anchored = AnchorToMap(first.states.back(), first.covariance);
+  features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
+  Accept(InTheirMap(features, anchored));
   map.Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.back().state = estimate.mean.nav;
   drift = PoseCovariance(estimate.covariance) + error;
@@ -268,7 +270,7 @@ SweepFeatures Lio::Impl::TimedFeatures(const DeskewedSweep& deskewed, const Lida
                                        const Pose3& T_world_body, const StateEstimate& prior) {
   const StageTimes::Scope timer(times, "lio/features");
   SweepFeatures features = ExtractFeatures(deskewed, sweep, *rig.lidar, config);
-  features.deskew_covariance = DeskewCovariance(prior, sweep.span, rig.imu.noise);
+  features.deskew = DeskewErrorOf(prior, sweep.span, rig.imu.noise);
   if (lone_axis && config.marks.enabled) {
     features.marks = ExtractMarks(deskewed, T_world_body.rotation().conjugate() * *lone_axis,
                                   *rig.lidar, config.marks);

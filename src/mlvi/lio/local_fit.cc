@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kPriorWeight = 3.0;  // observations
 
+// Conditions are written so that a number that is not one fails them.
+
 LocalFit Decompose(const Neighbors& neighbors) {
   LocalFit fit;
   fit.count = neighbors.count;
@@ -40,11 +42,12 @@ std::optional<LocalFit> FitPlane(const Neighbors& neighbors, double max_thicknes
                                  double prior_sigma) {
   if (neighbors.count < 4) return std::nullopt;
   LocalFit fit = Decompose(neighbors);
-  if (fit.variances[1] < 1e-3 * fit.variances[2] || fit.variances[1] < 4.0 * fit.variances[0])
-    return std::nullopt;
+  const bool spread = fit.variances[1] > 0.0 && fit.variances[1] >= 1e-3 * fit.variances[2] &&
+                      fit.variances[1] >= 4.0 * fit.variances[0];
+  if (!spread) return std::nullopt;
   for (int i = 0; i < neighbors.count; ++i) {
     const double distance = fit.axes.col(0).dot(neighbors.points[i].cast<double>() - fit.centroid);
-    if (std::abs(distance) > max_thickness) return std::nullopt;
+    if (!(std::abs(distance) <= max_thickness)) return std::nullopt;
   }
   fit.point_variance = PointVariance(fit.count * fit.variances[0], fit.count - 3.0, prior_sigma);
   return fit;
@@ -54,10 +57,9 @@ std::optional<LocalFit> FitLine(const Neighbors& neighbors, double max_thickness
                                 double prior_sigma) {
   if (neighbors.count < 3) return std::nullopt;
   LocalFit fit = Decompose(neighbors);
-  if (fit.variances[2] < 9.0 * fit.variances[1] ||
-      fit.variances[1] > max_thickness * max_thickness) {
-    return std::nullopt;
-  }
+  const bool thin = fit.variances[2] > 0.0 && fit.variances[2] >= 9.0 * fit.variances[1] &&
+                    fit.variances[1] <= max_thickness * max_thickness;
+  if (!thin) return std::nullopt;
   // Two directions across the line, four parameters.
   fit.point_variance = PointVariance(0.5 * fit.count * (fit.variances[0] + fit.variances[1]),
                                      fit.count - 2.0, prior_sigma);

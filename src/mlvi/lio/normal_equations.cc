@@ -3,9 +3,11 @@
 #include "mlvi/lio/normal_equations.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/geometry/robust_kernels.h"
 
 namespace mlvi {
 namespace {
@@ -34,17 +36,16 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
   const Eigen::Matrix3d R = T_world_body.R();
   const Eigen::Matrix3d R_body_world = R.transpose();
   const double inflation = config.noise_inflation * config.noise_inflation;
-  const double squared_width = config.robust_width * config.robust_width;
+  const CauchyKernel kernel{config.robust_width};
   const auto sum_up = [&](std::size_t begin, std::size_t end) {
     PoseNormalEquations sum;
     for (std::size_t i = begin; i < end; ++i) {
       const Correspondence& c = correspondences[i];
       const double z = c.normal.dot(R * c.point + T_world_body.translation() - c.anchor);
-      const double robust =
-          1.0 / (1.0 + z * z / (squared_width * (c.variance + c.gate)));  // Cauchy
+      const double robust = kernel.Weight(z * z / (c.variance + c.gate));
       const Vector6d h = Row(c, R_body_world);
       const double w = robust / (c.variance * inflation);
-      sum.A.noalias() += (w * h) * h.transpose();
+      sum.parts[PartOfSweep(c.lag)].noalias() += (w * h) * h.transpose();
       sum.b += (w * z) * h;
       sum.feigned += FeignedInformation(c, R_body_world, w);
       sum.weighted_squares += robust * z * z;
@@ -52,6 +53,7 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
       sum.chi_square += robust * z * z / c.variance;
       sum.inliers += robust > 0.5 ? 1 : 0;
     }
+    for (const Matrix6d& part : sum.parts) sum.A += part;
     return sum;
   };
   return ParallelReduce(
@@ -59,11 +61,18 @@ PoseNormalEquations Linearize(const std::vector<Correspondence>& correspondences
       [](PoseNormalEquations& sum, const PoseNormalEquations& part) { sum += part; });
 }
 
-void PoseNormalEquations::Inflate(double factor) {
-  const double scale = 1.0 / (factor * factor);
-  A *= scale;
-  b *= scale;
-  feigned *= scale;
+double NoiseScale(const std::vector<Correspondence>& correspondences, const Pose3& T_world_body) {
+  constexpr double kMedianOfNormal = 0.674490;  // of |x|, x standard normal
+  if (correspondences.empty()) return 1.0;
+  std::vector<double> squares(correspondences.size());  // in sigmas
+  std::transform(correspondences.begin(), correspondences.end(), squares.begin(),
+                 [&](const Correspondence& c) {
+                   const double z = c.normal.dot(T_world_body * c.point - c.anchor);
+                   return z * z / c.variance;
+                 });
+  const auto median = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), median, squares.end());
+  return std::sqrt(*median) / kMedianOfNormal;
 }
 
 void AddCommonError(const Matrix6d& D, Matrix6d& A, Vector6d& b) {
@@ -75,6 +84,7 @@ void AddCommonError(const Matrix6d& D, Matrix6d& A, Vector6d& b) {
 
 PoseNormalEquations& PoseNormalEquations::operator+=(const PoseNormalEquations& other) {
   A += other.A;
+  for (std::size_t k = 0; k < parts.size(); ++k) parts[k] += other.parts[k];
   b += other.b;
   feigned += other.feigned;
   weighted_squares += other.weighted_squares;

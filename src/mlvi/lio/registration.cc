@@ -78,11 +78,16 @@ Update Solve(const StateEstimate& prior, const FilterState& x, Matrix6d A, Vecto
   return update;
 }
 
-// How large the noise is beside what is claimed, as the residuals show it: rigs tell the noise of
-// their LiDAR generously or not at all well, and maps are as good as the sweeps they are made of.
-double NoiseScale(const PoseNormalEquations& sums, const RegistrationConfig& config) {
-  return std::clamp(std::sqrt(sums.variance_factor()), config.min_noise_scale,
-                    config.max_noise_scale);
+// Rigs tell the noise of their LiDAR generously or not at all well, and maps are as good as the
+// sweeps they are made of: the constraints claim what their residuals at `T_world_body` show.
+// Robust weights are then in units of that noise, too.
+void ClaimWhatResidualsShow(const Pose3& T_world_body, const RegistrationConfig& config,
+                            std::vector<Correspondence>& correspondences,
+                            std::vector<Correspondence>& marks) {
+  const double scale = std::clamp(NoiseScale(correspondences, T_world_body), config.min_noise_scale,
+                                  config.max_noise_scale);
+  for (Correspondence& c : correspondences) c.variance *= scale * scale;
+  for (Correspondence& c : marks) c.variance *= scale * scale;
 }
 
 bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig& config) {
@@ -109,10 +114,10 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
   while (!result.converged && result.iterations < config.max_iterations) {
     ++result.iterations;
     view.T_world_body = x.nav.T_world_body;
-    const std::vector<Correspondence> correspondences = Associate(features, map, view, config);
-    const std::vector<Correspondence> marks =
-        last_axis ? AssociateMarks(features, map, view, *last_axis, config)
-                  : std::vector<Correspondence>();
+    std::vector<Correspondence> correspondences = Associate(features, map, view, config);
+    std::vector<Correspondence> marks;
+    if (last_axis) marks = AssociateMarks(features, map, view, *last_axis, config);
+    ClaimWhatResidualsShow(x.nav.T_world_body, config, correspondences, marks);
     const FilterState before = x;
     for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
       PoseNormalEquations sums = Linearize(correspondences, x.nav.T_world_body, config);
@@ -120,15 +125,12 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       result.rms_residual =
           sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
-      RegistrationConfig shown = config;
-      const double scale = NoiseScale(sums, config);
-      shown.noise_inflation *= scale;
-      sums.Inflate(scale);
+      const Matrix6d common = DeskewCovariance(features.deskew, sums.parts);
       DegenerateDirections directions = FindDegeneracy(
           sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
-      LeaveOutFeigned(correspondences, marks, x.nav.T_world_body, shown, degeneracy, sums,
+      LeaveOutFeigned(correspondences, marks, x.nav.T_world_body, config, degeneracy, sums,
                       directions);
-      AddCommonError(features.deskew_covariance, sums.A, sums.b);
+      AddCommonError(common, sums.A, sums.b);
       const Update update = Solve(prior, x, sums.A, sums.b, directions.motions);
       const FilterState next = BoxPlus(prior.mean, update.displacement);
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();
