@@ -35,6 +35,10 @@ bool FitsWorse(const RegistrationResult& registration, double usual_share) {
   return Share(registration) < kBad * usual_share;
 }
 
+bool IsFinite(const StateEstimate& estimate) {
+  return BoxMinus(estimate.mean, FilterState()).allFinite() && estimate.covariance.allFinite();
+}
+
 LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
   LioResult result;
   result.status = status;
@@ -89,7 +93,7 @@ struct Lio::Impl {
   std::optional<Eigen::Vector3d> lone_axis;  // of the last registration (FindDegeneracy)
   Matrix6d drift = Matrix6d::Zero();  // covariance of the map's own error at the pose of `estimate`
   LocalMap map;
-  Time last_registered;
+  Time last_registered;  // by a registration that converged
   // After a silence of the IMU: sweeps for which a bad fit means a wrong pose, and the share of
   // points that fit before.
   int recovering = 0;
@@ -296,7 +300,7 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   const Pose3 before = estimate.mean.nav.T_world_body;
   Accept(registration.estimate);
   lone_axis = registration.lone_axis;
-  last_registered = estimate.mean.nav.stamp;
+  if (registration.converged) last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
   JudgeFit(registration, silent);
@@ -337,10 +341,12 @@ bool Lio::Impl::BeyondSearch(const StateEstimate& prior) const {
   return std::sqrt(variance) > config.registration.max_search_distance;
 }
 
-// After a long time without registration, what fits worse than usual is taken for another place.
+// After a long time without registration, what fits worse than usual is taken for another place,
+// and what still does not converge for no place at all.
 bool Lio::Impl::Found(const RegistrationResult& registration, Time now) const {
+  const bool doubtful = FitsWorse(registration, usual_share) || !registration.converged;
   return registration.correspondences >= config.registration.min_correspondences &&
-         !(Overdue(now) && FitsWorse(registration, usual_share));
+         IsFinite(registration.estimate) && !(Overdue(now) && doubtful);
 }
 
 LioResult Lio::Impl::Lose(const LidarSweep& sweep, const RegistrationResult& registration,

@@ -169,6 +169,18 @@ TEST(Lio, ContinuesAfterGaps) {
   EXPECT_LT(ErrorAtEnd(imu_gap, scenario.motion).head<3>().norm(), 0.03);
 }
 
+TEST(Lio, WhatNeverConvergesIsLost) {
+  Scenario scenario{.motion = {.speed = 1.0},
+                    .config = {},
+                    .seconds = 4.0,
+                    .without_sweeps = {},
+                    .without_imu = {}};
+  scenario.config.lost_after = 1.0;
+  EXPECT_EQ(Resets(Play(scenario)), 0);
+  scenario.config.registration.step_tolerance_m = 0.0;
+  EXPECT_GE(Resets(Play(scenario)), 1);
+}
+
 TEST(Lio, StartsAnewInMotionAfterAMinuteWithoutAnything) {
   Scenario scenario{.motion = {.speed = 1.5},
                     .config = {},

@@ -9,6 +9,7 @@
 #include "mlvi/base/random.h"
 #include "mlvi/geometry/line_fit.h"
 #include "mlvi/geometry/plane_fit.h"
+#include "mlvi/geometry/so3.h"
 
 namespace mlvi {
 namespace {

@@ -90,6 +90,14 @@ void ClaimWhatResidualsShow(const Pose3& T_world_body, const RegistrationConfig&
   for (Correspondence& c : marks) c.variance *= scale * scale;
 }
 
+// Covariance of a pose that the next association may move again by the last step.
+Matrix6d Unsettled(const FilterVector& step) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(step.segment<3>(nav_index::kPosition).norm()),
+      Eigen::Vector3d::Constant(step.segment<3>(nav_index::kRotation).norm());
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
 bool Small(const FilterState& a, const FilterState& b, const RegistrationConfig& config) {
   const FilterVector step = BoxMinus(a, b);
   return step.segment<3>(nav_index::kPosition).norm() < config.step_tolerance_m &&
@@ -111,6 +119,7 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
                  .range_noise = lidar.range_noise,
                  .beam_noise = lidar.beam_noise};
   FilterState x = prior.mean;
+  FilterVector step = FilterVector::Zero();
   while (!result.converged && result.iterations < config.max_iterations) {
     ++result.iterations;
     view.T_world_body = x.nav.T_world_body;
@@ -118,6 +127,8 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
     std::vector<Correspondence> marks;
     if (last_axis) marks = AssociateMarks(features, map, view, *last_axis, config);
     ClaimWhatResidualsShow(x.nav.T_world_body, config, correspondences, marks);
+    const bool last = result.iterations == config.max_iterations;
+    const Matrix6d unsettled = last ? Unsettled(step) : Matrix6d::Zero();
     const FilterState before = x;
     for (int solve = 0; solve < kSolvesPerAssociation; ++solve) {
       PoseNormalEquations sums = Linearize(correspondences, x.nav.T_world_body, config);
@@ -125,7 +136,7 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       result.rms_residual =
           sums.weights > 0.0 ? std::sqrt(sums.weighted_squares / sums.weights) : 0.0;
       if (sums.inliers < config.min_correspondences) return result;
-      const Matrix6d common = DeskewCovariance(features.deskew, sums.parts);
+      const Matrix6d common = DeskewCovariance(features.deskew, sums.parts) + unsettled;
       DegenerateDirections directions = FindDegeneracy(
           sums.A, sums.feigned, x.nav.T_world_body.rotation(), last_axis, degeneracy);
       LeaveOutFeigned(correspondences, marks, x.nav.T_world_body, config, degeneracy, sums,
@@ -141,6 +152,7 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       x = next;
       if (small) break;
     }
+    step = BoxMinus(x, before);
     result.converged = Small(x, before, config);
     // The pose becomes certain step by step: the gate for outliers closes, whatever the prior was.
     view.pose_covariance *= 0.25;

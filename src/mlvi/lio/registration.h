@@ -25,6 +25,7 @@ struct RegistrationResult {
 // information, both of which may be singular). Along directions that most constraints only feign to
 // tell, those few count whose surfaces face along them and the marks along `last_axis`, if they
 // suffice; else the prior decides.
+// What has not converged after max_iterations is known no better than its last step but one.
 // `last_axis` is the lone axis of the previous sweep (FindDegeneracy).
 RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
                             const StateEstimate& prior, const LidarSpec& lidar,

@@ -211,6 +211,42 @@ TEST_F(RegistrationTest, AnUncertainAxisDoesNotTurnNoiseAcrossItIntoMotionAlongI
   EXPECT_LT(std::sqrt(result.estimate.covariance(1, 1)), 0.005);
 }
 
+TEST_F(RegistrationTest, WhatHasNotConvergedIsKnownNoBetterThanItsStep) {
+  const LocalMap map = MapOf(test::FurnishedRoom(), 1);
+  const SweepFeatures features = Features(test::FurnishedRoom(), truth_, 7);
+  const Vector6d offset = (Vector6d() << 0.15, -0.1, 0.1, 0.03, -0.03, 0.04).finished();
+  config_.registration.max_iterations = 2;
+  const RegistrationResult result = Run(features, map, Prior(BoxPlus(truth_, offset), 0.2, 0.1));
+  ASSERT_FALSE(result.converged);
+  // The first step went most of the way.
+  const Matrix6d P = PoseCovariance(result.estimate.covariance);
+  EXPECT_GT(std::sqrt(P.topLeftCorner<3, 3>().diagonal().minCoeff()), 0.1);
+  EXPECT_GT(std::sqrt(P.bottomRightCorner<3, 3>().diagonal().minCoeff()), 0.03);
+  config_.registration.max_iterations = 8;
+  const RegistrationResult settled = Run(features, map, Prior(BoxPlus(truth_, offset), 0.2, 0.1));
+  ASSERT_TRUE(settled.converged);
+  EXPECT_LT(std::sqrt(PoseCovariance(settled.estimate.covariance).trace()), 0.01);
+}
+
+TEST_F(RegistrationTest, PointsWithoutExtentTellNothing) {
+  config_.map.min_spacing = 0.0;
+  LocalMap map(config_.map);
+  SweepFeatures spots;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3f spot(0.1F * static_cast<float>(i), 2.0F, 1.0F);
+    for (int k = 0; k < 6; ++k) spots.map_planes.push_back(spot);
+    spots.planes.push_back(spot);
+    spots.plane_lags.push_back(0.0F);
+  }
+  map.Insert(spots, Pose3());
+  config_.map.min_spacing = LocalMapConfig().min_spacing;
+  config_.registration.max_neighbor_distance = config_.registration.max_search_distance = 0.05;
+  const RegistrationResult result = Run(spots, map, Prior(Pose3(), 0.01, 0.001));
+  EXPECT_EQ(result.correspondences, 0);
+  EXPECT_TRUE(result.estimate.covariance.allFinite());
+  EXPECT_EQ(BoxMinus(result.estimate.mean, FilterState()).norm(), 0.0);
+}
+
 TEST_F(RegistrationTest, SaysSoWhenThereIsNothingToRegisterTo) {
   const LocalMap empty(config_.map);
   const StateEstimate prior = Prior(truth_, 0.1, 0.01);
