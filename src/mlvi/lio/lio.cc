@@ -39,13 +39,17 @@ bool IsFinite(const StateEstimate& estimate) {
   return BoxMinus(estimate.mean, FilterState()).allFinite() && estimate.covariance.allFinite();
 }
 
-LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
-  LioResult result;
-  result.status = status;
+void Note(const RegistrationResult& registration, LioResult& result) {
   result.correspondences = registration.correspondences;
   result.iterations = registration.iterations;
   result.rms_residual = registration.rms_residual;
   result.converged = registration.converged;
+}
+
+LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
+  LioResult result;
+  result.status = status;
+  Note(registration, result);
   return result;
 }
 
@@ -64,7 +68,8 @@ struct Lio::Impl {
   LioResult Begin(const LidarSweep& sweep);
   void TakeStart(const StartResult& first, LioResult& result);
   Matrix6d WorldError(const Pose3& T_world_body) const;
-  StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored);
+  StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored,
+                           LioResult& figures);
   double SilentTimeUntil(Time end) const;
   Prediction PredictTo(const LidarSweep& sweep) const;
   DeskewedSweep TimedDeskew(const LidarSweep& sweep, std::span<const NavState> trajectory);
@@ -208,9 +213,8 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
         samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
     features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
     if (i + 1 < first.sweeps.size()) result.new_share = map.Insert(features, state.T_world_body);
-    result.estimates.push_back({.state = state,
-                                .covariance = first.covariance,
-                                .degeneracy = {.information = StartInformation()}});
+    result.estimates.push_back(
+        {.state = state, .covariance = first.covariance, .degeneracy = first.degeneracies[i]});
     AddPoseCovariance(WorldError(state.T_world_body), result.estimates.back().covariance);
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
@@ -224,7 +228,7 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   const Matrix6d error = WorldError(first.states.back().T_world_body);
   const StateEstimate anchored = AnchorToMap(first.states.back(), first.covariance);
   features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
-  Accept(InTheirMap(features, anchored));
+  Accept(InTheirMap(features, anchored, result));
   map.Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.back().state = estimate.mean.nav;
   drift = PoseCovariance(estimate.covariance) + error;
@@ -244,8 +248,10 @@ Matrix6d Lio::Impl::WorldError(const Pose3& T_world_body) const {
 
 // The poses of the start were found one by one in a growing map, to 5 mm; in the map of the
 // others the last one is known as well as later ones.
-StateEstimate Lio::Impl::InTheirMap(const SweepFeatures& last, const StateEstimate& anchored) {
+StateEstimate Lio::Impl::InTheirMap(const SweepFeatures& last, const StateEstimate& anchored,
+                                    LioResult& figures) {
   const RegistrationResult registration = TimedRegister(last, anchored);
+  Note(registration, figures);
   const bool found = registration.converged &&
                      registration.correspondences >= config.registration.min_correspondences;
   return found ? registration.estimate : anchored;

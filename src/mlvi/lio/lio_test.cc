@@ -125,6 +125,9 @@ TEST(Lio, StartsAtRest) {
     kept_back += result.status == LioResult::Status::kInitializing ? 1 : 0;
   }
   EXPECT_LE(kept_back, 6);
+  for (const LioResult& result : outcome.results) {
+    EXPECT_EQ(result.converged, result.status == LioResult::Status::kTracking);  // starts, too
+  }
   EXPECT_LT(ErrorAtEnd(outcome, {.speed = 0.0}).norm(), 0.01);
 }
 

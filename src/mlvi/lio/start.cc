@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/start.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 
-#include "mlvi/imu/initialization.h"
 #include "mlvi/imu/preintegration.h"
 #include "mlvi/imu/propagation.h"
+#include "mlvi/lio/normal_equations.h"
 
 namespace mlvi {
 namespace {
@@ -17,6 +18,8 @@ constexpr double kStepSigmaM = 0.01;
 constexpr double kStepSigmaRad = 0.002;
 // Error of a sweep's registered rotation at rest, where all sweeps see the same surfaces.
 constexpr double kTurnSigmaRad = 0.001;
+constexpr double kRestSigmaM = 0.005;  // and of its position
+constexpr double kSeen = 4.0;          // sigmas of three components: beyond, a motion is believed
 // Gyroscope bias and scale before they are known, as a share of the interval and of the angle
 // turned.
 constexpr double kGyroscopeScale = 0.02;
@@ -27,6 +30,19 @@ Matrix6d StepCovariance(const StateEstimate& estimate) {
   covariance.diagonal().head<3>().array() += kStepSigmaM * kStepSigmaM;
   covariance.diagonal().tail<3>().array() += kStepSigmaRad * kStepSigmaRad;
   return covariance;
+}
+
+// As the start reports it: errors of the small map are common to all its sweeps.
+Degeneracy Capped(Degeneracy degeneracy) {
+  Vector6d unused = Vector6d::Zero();
+  AddCommonError(StartInformation().inverse(), degeneracy.information, unused);
+  return degeneracy;
+}
+
+Degeneracy Turned(const Eigen::Matrix3d& R, Degeneracy degeneracy) {
+  degeneracy.translation_axes = R * degeneracy.translation_axes;
+  degeneracy.rotation_axes = R * degeneracy.rotation_axes;
+  return degeneracy;
 }
 
 FilterMatrix GuessCovariance(double dt, double angle, double speed_sigma, const ImuSpec& imu) {
@@ -52,6 +68,7 @@ StartResult InWorld(const Pose3& T_world_level, StartResult start) {
     state.T_world_body = T_world_level * state.T_world_body;
     state.v_world_body = R * state.v_world_body;
   }
+  for (Degeneracy& degeneracy : start.degeneracies) degeneracy = Turned(R, degeneracy);
   Matrix15d turn = Matrix15d::Identity();
   turn.block<3, 3>(nav_index::kPosition, nav_index::kPosition) = R;
   turn.block<3, 3>(nav_index::kVelocity, nav_index::kVelocity) = R;
@@ -126,7 +143,8 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
   Kept kept{.sweep = sweep,
             .T_start_body = Pose3(),
             .covariance = Matrix6d::Identity() * 1e-6,
-            .features = ExtractFeatures(deskewed, sweep, *rig_.lidar, config_)};
+            .features = ExtractFeatures(deskewed, sweep, *rig_.lidar, config_),
+            .degeneracy = {.information = StartInformation()}};
   if (first) return kept;
   const double dt = (sweep.end() - from).seconds();
   const double angle =
@@ -142,7 +160,7 @@ Start::Kept Start::Registered(const LidarSweep& sweep) const {
       Register(kept.features, map_, prior, *rig_.lidar, {}, registration, config_.degeneracy);
   kept.T_start_body = result.estimate.mean.nav.T_world_body;
   kept.covariance = StepCovariance(result.estimate);
-  kept.turn_unseen = result.degeneracy.rotation_directions > 0;
+  kept.degeneracy = Capped(result.degeneracy);
   return kept;
 }
 
@@ -181,43 +199,83 @@ bool Start::AtRest() const {
   return true;
 }
 
+// Nobody stands perfectly still. The specific force is that of the mean attitude, unless it is
+// taken to the last one by the turn that the sweeps show.
+std::optional<Initialization> Start::LevelAtRest() {
+  const Time end = kept_.back().sweep.end();
+  std::vector<ImuSample> samples = SamplesBetween(imu_, kept_.front().sweep.end(), end);
+  if (TellsTurn() && TurnRate().norm() > kSeen * TurnRateSigma()) {
+    for (ImuSample& sample : samples) {
+      const double dt = (sample.stamp - end).seconds();
+      sample.linear_acceleration = ExpSo3(TurnRate() * dt) * sample.linear_acceleration;
+    }
+  }
+  return InitializeAtRest(samples, rig_.imu, rig_.gravity, &why_);
+}
+
+// A slow turn that the sweeps show is not a bias of the gyroscope, and to the IMU a smooth drive
+// looks like rest. Where the surroundings do not tell the turn, the registered one is the
+// gyroscopes' own.
+void Start::AddSlowMotion(NavState& last, Matrix15d& covariance) const {
+  if (TellsTurn()) {
+    last.bias.gyroscope -= TurnRate();
+    covariance.diagonal().segment<3>(nav_index::kGyroscopeBias).array() +=
+        std::pow(TurnRateSigma(), 2);
+  }
+  const double sigma = std::sqrt(2.0) * kRestSigmaM / Span();
+  const Eigen::Vector3d velocity =
+      (kept_.back().T_start_body.translation() - kept_.front().T_start_body.translation()) / Span();
+  if (TellsPlace() && velocity.norm() > kSeen * sigma) {
+    const Eigen::Quaterniond R_world_start =
+        last.T_world_body.rotation() * kept_.back().T_start_body.rotation().conjugate();
+    last.v_world_body = R_world_start * velocity;
+    covariance.diagonal().segment<3>(nav_index::kVelocity).array() += sigma * sigma;
+  }
+}
+
 std::optional<StartResult> Start::TryStatic() {
   if (kept_.size() < 2) {
     why_ = "one sweep alone cannot tell rest from motion";
     return std::nullopt;
   }
-  const auto at_rest =
-      InitializeAtRest(SamplesBetween(imu_, kept_.front().sweep.end(), kept_.back().sweep.end()),
-                       rig_.imu, rig_.gravity, &why_);
+  const auto at_rest = LevelAtRest();
   if (!at_rest || at_rest->states.empty()) return TryMoving();
   StartResult result{.states = {},
                      .covariance = at_rest->covariance,
                      .sweeps = {},
+                     .degeneracies = {},
                      .method = "static",
                      .T_world_first = {}};
-  // Nobody stands perfectly still: the slow turn that the sweeps show is not a bias of the
-  // gyroscope. Where the surroundings do not tell the turn, the registered one is the gyroscopes'
-  // own.
   NavState state = at_rest->states.back();
-  if (TellsTurn()) {
-    state.bias.gyroscope -= TurnRate();
-    result.covariance.diagonal().segment<3>(nav_index::kGyroscopeBias).array() +=
-        std::pow(TurnRateSigma(), 2);
-  }
+  AddSlowMotion(state, result.covariance);
   const Pose3 T_world_start = state.T_world_body * kept_.back().T_start_body.inverse();
   result.T_world_first = T_world_start;
   for (const Kept& kept : kept_) {
     state.stamp = kept.sweep.end();
     state.T_world_body = T_world_start * kept.T_start_body;
     result.states.push_back(state);
-    result.sweeps.push_back(kept.sweep);
   }
+  AddSweeps(T_world_start.R(), result);
   return result;
 }
 
+void Start::AddSweeps(const Eigen::Matrix3d& R_world_start, StartResult& result) const {
+  for (const Kept& kept : kept_) {
+    result.sweeps.push_back(kept.sweep);
+    result.degeneracies.push_back(Turned(R_world_start, kept.degeneracy));
+  }
+}
+
 bool Start::TellsTurn() const {
-  return Span() > 0.0 && std::none_of(kept_.begin(), kept_.end(),
-                                      [](const Kept& kept) { return kept.turn_unseen; });
+  return Span() > 0.0 && std::none_of(kept_.begin(), kept_.end(), [](const Kept& kept) {
+           return kept.degeneracy.rotation_directions > 0;
+         });
+}
+
+bool Start::TellsPlace() const {
+  return Span() > 0.0 && std::none_of(kept_.begin(), kept_.end(), [](const Kept& kept) {
+           return kept.degeneracy.translation_directions > 0;
+         });
 }
 
 double Start::Span() const {
@@ -260,10 +318,11 @@ std::optional<StartResult> Start::TryMoving() {
   StartResult result{.states = std::move(initialization->states),
                      .covariance = initialization->covariance,
                      .sweeps = {},
+                     .degeneracies = {},
                      .method = initialization->method,
                      .T_world_first = {}};
   result.T_world_first = result.states.front().T_world_body * kept_.front().T_start_body.inverse();
-  for (const Kept& kept : kept_) result.sweeps.push_back(kept.sweep);
+  AddSweeps(result.T_world_first.R(), result);
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mlvi/imu/initialization.h"
 #include "mlvi/lio/registration.h"
 #include "mlvi/sensors/rig.h"
 
@@ -17,6 +18,9 @@ struct StartResult {
   std::vector<NavState> states;
   Matrix15d covariance;  // of the last state
   std::vector<LidarSweep> sweeps;
+  // What the registration of each sweep told, no better than StartInformation(). The first one is
+  // where the others are registered to.
+  std::vector<Degeneracy> degeneracies;
   std::string method;  // "static" or "moving"
   // In the world of the states: the body at the end of the first sweep that was given, which may
   // have been dropped since.
@@ -48,7 +52,7 @@ class Start {
     Pose3 T_start_body;   // at the end of the sweep
     Matrix6d covariance;  // of its registration, pose chart
     SweepFeatures features;
-    bool turn_unseen = false;  // the registration could not tell some rotation
+    Degeneracy degeneracy;  // of its registration, axes in the start frame
   };
 
   void BeginAnew();
@@ -57,10 +61,14 @@ class Start {
   void DropOldest();
   bool AtRest() const;
   bool TellsTurn() const;
+  bool TellsPlace() const;
   double Span() const;                   // s
   Eigen::Vector3d LastVelocity() const;  // m/s, of the last step, in the start frame
   Eigen::Vector3d TurnRate() const;      // rad/s, mean, body frame, by the registered sweeps
   double TurnRateSigma() const;          // rad/s, of TurnRate() at rest
+  std::optional<Initialization> LevelAtRest();
+  void AddSlowMotion(NavState& last, Matrix15d& covariance) const;
+  void AddSweeps(const Eigen::Matrix3d& R_world_start, StartResult& result) const;
   std::optional<StartResult> TryStatic();
   std::optional<StartResult> TryMoving();
 
@@ -73,7 +81,7 @@ class Start {
   std::string why_;
 };
 
-// What a registration of the start tells of a pose (pose chart): the floor that no step undercuts.
+// What a registration of the start tells of a pose at best (pose chart).
 Matrix6d StartInformation();
 
 // States through `samples` with rotation by the gyroscopes and the constant velocity of `anchor`,

@@ -53,6 +53,72 @@ TEST(Start, ASlowTurnIsNotTakenForABiasOfTheGyroscope) {
   EXPECT_NEAR(LogSo3(turned).z(), motion.rate * seconds, 0.003);  // of 0.008
 }
 
+// The first states of somebody who moves, given by `motion`.
+template <typename Motion>
+std::optional<StartResult> StartOf(const Motion& motion, const Rig& rig,
+                                   const test::BoxWorld& world, const LioConfig& config = {}) {
+  Start start(config, rig);
+  std::optional<StartResult> result;
+  for (int k = 0; k < 20 && !result; ++k) {
+    const double t = k * kPeriod;
+    result = start.Add(test::Scan(world, motion, *rig.lidar, t, kBegin, RandomStream(3).Fork(k)),
+                       test::ImuRun(motion, rig, t, t + kPeriod, kBegin, RandomStream(4)));
+  }
+  return result;
+}
+
+TEST(Start, ASmoothDriveIsNotTakenForRest) {
+  const test::SteadyMotion motion{.velocity = {0.08, 0.02, 0.0}, .rate = {}};
+  const auto result = StartOf(motion, test::MakeTestRig(), test::FurnishedRoom());
+  ASSERT_TRUE(result.has_value());
+  ASSERT_EQ(result->method, "static");  // all that the IMU can tell
+  // The start defines heading and origin: the body's heading was 0.
+  const Eigen::Vector3d error = result->states.back().v_world_body - motion.velocity;
+  const double sigma = std::sqrt(result->covariance(3, 3));
+  EXPECT_LT(sigma, 0.03);
+  EXPECT_LT(error.norm(), 3.0 * sigma);
+  EXPECT_LT(error.norm(), 0.03);  // of 0.08
+}
+
+TEST(Start, IsLevelAtTheEndOfASlowRoll) {
+  const test::SteadyMotion motion{.velocity = {}, .rate = {0.03, 0.0, 0.0}};
+  const auto result = StartOf(motion, test::MakeTestRig(), test::FurnishedRoom());
+  ASSERT_TRUE(result.has_value());
+  ASSERT_EQ(result->method, "static");
+  for (const NavState& state : result->states) {
+    const Eigen::Matrix3d truth = motion.At((state.stamp - kBegin).seconds()).R();
+    const Eigen::Vector3d up = state.T_world_body.R().row(2), true_up = truth.row(2);
+    // The mean attitude would be 8 mrad off at the end; registered turns are good to 1 mrad.
+    EXPECT_LT((up - true_up).norm(), 0.003);
+  }
+}
+
+TEST(Start, TellsWhichDirectionsItsSweepsDidNotSee) {
+  Rig rig = test::MakeTestRig();
+  rig.lidar->max_range = 20.0;
+  const test::SteadyMotion motion{.velocity = {}, .rate = {}};
+  LioConfig config;
+  // Bad fits in the map of one sweep seem to tell the axis.
+  config.degeneracy.max_noise_share = 0.05;
+  config.degeneracy.min_facing_count = 10000;
+  const auto blind = StartOf(motion, rig, test::EndlessCorridor(), config);
+  ASSERT_TRUE(blind.has_value());
+  ASSERT_EQ(blind->degeneracies.size(), blind->states.size());
+  for (std::size_t i = 1; i < blind->degeneracies.size(); ++i) {
+    ASSERT_EQ(blind->degeneracies[i].translation_directions, 1);
+    EXPECT_GT(std::abs(blind->degeneracies[i].translation_axes(0, 0)), 0.99);
+  }
+  const auto seeing = StartOf(motion, rig, test::FurnishedRoom());
+  ASSERT_TRUE(seeing.has_value());
+  const Matrix6d best = StartInformation();
+  for (const Degeneracy& degeneracy : seeing->degeneracies) {
+    EXPECT_FALSE(degeneracy.any());
+    const Vector6d told = degeneracy.information.diagonal().cwiseQuotient(best.diagonal());
+    EXPECT_GT(told.minCoeff(), 0.5);
+    EXPECT_LE(told.maxCoeff(), 1.0);
+  }
+}
+
 TEST(GyroTrajectory, IsTheSteadyMotionThatItsAnchorLiesOn) {
   const Rig rig = test::MakeTestRig();
   const test::SteadyMotion motion{.velocity = {1.6, -1.0, 0.4}, .rate = {0.5, -1.0, 2.0}};
