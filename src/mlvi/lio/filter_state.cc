@@ -28,6 +28,14 @@ NavState Rotated(const NavState& state, const Eigen::Quaterniond& R) {
   return result;
 }
 
+template <typename Covariance>
+void AddToPose(const Matrix6d& pose, Covariance& covariance) {
+  covariance.template block<3, 3>(kPosition, kPosition) += pose.topLeftCorner<3, 3>();
+  covariance.template block<3, 3>(kPosition, kRotation) += pose.topRightCorner<3, 3>();
+  covariance.template block<3, 3>(kRotation, kPosition) += pose.bottomLeftCorner<3, 3>();
+  covariance.template block<3, 3>(kRotation, kRotation) += pose.bottomRightCorner<3, 3>();
+}
+
 // Rotates the world axes of position and velocity.
 Matrix15d WorldRotation(const Eigen::Quaterniond& R) {
   Matrix15d result = Matrix15d::Identity();
@@ -84,11 +92,10 @@ Matrix6d PoseCovariance(const FilterMatrix& covariance) {
   return result;
 }
 
-void AddPoseCovariance(const Matrix6d& pose, Matrix15d& covariance) {
-  covariance.block<3, 3>(kPosition, kPosition) += pose.topLeftCorner<3, 3>();
-  covariance.block<3, 3>(kPosition, kRotation) += pose.topRightCorner<3, 3>();
-  covariance.block<3, 3>(kRotation, kPosition) += pose.bottomLeftCorner<3, 3>();
-  covariance.block<3, 3>(kRotation, kRotation) += pose.bottomRightCorner<3, 3>();
+void AddPoseCovariance(const Matrix6d& pose, Matrix15d& covariance) { AddToPose(pose, covariance); }
+
+void AddPoseCovariance(const Matrix6d& pose, FilterMatrix& covariance) {
+  AddToPose(pose, covariance);
 }
 
 Matrix6d GrownDrift(const Matrix6d& drift, const Pose3& from, const StateEstimate& to,

@@ -55,6 +55,7 @@ Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drif
 Matrix6d PoseCovariance(const FilterMatrix& covariance);
 // Adds to that block.
 void AddPoseCovariance(const Matrix6d& pose, Matrix15d& covariance);
+void AddPoseCovariance(const Matrix6d& pose, FilterMatrix& covariance);
 
 // The covariance of the map's own error, as seen at the pose of `to`, after a sweep has been
 // inserted there of which `new_share` was new. Registration is relative to the map, so its errors

@@ -83,6 +83,58 @@ TEST_F(FilterStateTest, AnchoringMovesRollAndPitchIntoTheTilt) {
   EXPECT_NEAR(world(1, 1), 4e-4, 1e-5);
 }
 
+Matrix6d RandomCovariance(RandomStream& random) {
+  Matrix6d factor;
+  for (int i = 0; i < 36; ++i) factor(i) = random.Normal();
+  return factor * factor.transpose();
+}
+
+// Against the definition: displace map and body together at the one pose, see where the body comes
+// to lie at the other.
+TEST(GrownDrift, IsWhatADisplacedMapDoesToALaterPose) {
+  RandomStream random(1);
+  const Pose3 from(ExpSo3({0.3, -0.2, 1.1}), {12.0, -7.0, 1.0});
+  StateEstimate to;
+  to.mean.nav.T_world_body = Pose3(ExpSo3({-0.4, 0.1, -0.6}), {15.0, -2.0, 1.5});
+  const Pose3& T = to.mean.nav.T_world_body;
+  Matrix6d J;
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6d d = kStep * Vector6d::Unit(i);  // world position, body rotation
+    const Pose3 displaced(from.rotation() * ExpSo3(d.tail<3>()), from.translation() + d.head<3>());
+    const Pose3 moved = displaced * from.inverse() * T;
+    J.col(i) << (moved.translation() - T.translation()) / kStep,
+        LogSo3(T.rotation().conjugate() * moved.rotation()) / kStep;
+  }
+  const Matrix6d drift = RandomCovariance(random), registration = RandomCovariance(random);
+  AddPoseCovariance(registration, to.covariance);
+  const Matrix6d expected = J * drift * J.transpose() + 0.3 * registration;
+  EXPECT_LT((GrownDrift(drift, from, to, 0.3) - expected).norm(), 1e-4 * expected.norm());
+}
+
+// Against the definition: turn the world until its z axis is that of gravity, about its origin.
+TEST_F(FilterStateTest, TheReportCountsTheTiltAsATurnOfTheWorld) {
+  start_.mean.nav.T_world_body = Pose3(ExpSo3({0.3, -0.2, 1.1}), {12.0, -7.0, 1.0});
+  start_.mean.nav.v_world_body = {1.5, -0.5, 0.2};
+  const NavState& nav = start_.mean.nav;
+  Eigen::Matrix<double, 15, 2> J;
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector2d tilt = kStep * Eigen::Vector2d::Unit(i);
+    const Eigen::Quaterniond R_level_world = ExpSo3({-tilt.x(), -tilt.y(), 0.0});
+    NavState level = nav;
+    level.T_world_body = Pose3(R_level_world, Eigen::Vector3d::Zero()) * nav.T_world_body;
+    level.v_world_body = R_level_world * nav.v_world_body;
+    J.col(i) = BoxMinus(level, nav) / kStep;
+  }
+  const Eigen::Matrix2d tilt = (Eigen::Matrix2d() << 4e-4, 1e-4, 1e-4, 2e-4).finished();
+  start_.covariance.setZero();
+  start_.covariance.bottomRightCorner<2, 2>() = tilt;
+  const Matrix15d expected = J * tilt * J.transpose();
+  const Matrix15d reported = ReportedCovariance(start_, Matrix6d::Zero());
+  EXPECT_LT((reported - expected).norm(), 1e-4 * expected.norm());
+}
+
 TEST_F(FilterStateTest, APreciseMotionGuessDecidesTheRelativePose) {
   start_.mean.nav.v_world_body +=
       Eigen::Vector3d(0.1, -0.2, 0.05);  // so that the IMU predicts a wrong motion

@@ -6,8 +6,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
 
 #include "mlvi/base/random.h"
+#include "mlvi/factors/point_factors.h"
+#include "mlvi/geometry/robust_kernels.h"
 
 namespace mlvi {
 namespace {
@@ -102,6 +105,70 @@ TEST(NormalEquations, TheInformationIsThatOfTheNoiseWhateverIsClaimed) {
     // Six degrees of freedom, mean of 200 trials: four sigmas are 1. Cauchy weights at 2 sigma make
     // the variance 1.083 times that of least squares, the sum of the weights claims 1.187 times.
     EXPECT_NEAR(nees, 6.0 * 1.083 / 1.187, 1.0) << "noise " << ratio << " times what is claimed";
+  }
+}
+
+// Against the residual of factors/point_factors.h, differentiated numerically.
+TEST(NormalEquations, AreThoseOfPointToPlaneFactors) {
+  RandomStream random(5);
+  const RegistrationConfig config;
+  std::vector<Correspondence> correspondences = Noisy(0.03, 0.02, 50, random);
+  const Pose3 at(ExpSo3({0.02, -0.01, 0.03}), {0.03, 0.01, -0.02});
+  const auto displaced = [&](const Vector6d& d) {  // world position, body rotation
+    return Pose3(at.rotation() * ExpSo3(d.tail<3>()), at.translation() + d.head<3>());
+  };
+  Matrix6d A = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  for (Correspondence& c : correspondences) {
+    c.gate = 1e-4;
+    const PointToPlaneFactor factor(c.point, c.normal, -c.normal.dot(c.anchor),
+                                    config.noise_inflation * std::sqrt(c.variance));
+    const auto residual = [&](const Pose3& pose) {
+      std::array<double, kPoseBlockSize> block{};
+      StorePose(pose, block.data());
+      const double* blocks[] = {block.data()};
+      double value = 0.0;
+      EXPECT_TRUE(factor.Evaluate(blocks, &value, nullptr));
+      return value;
+    };
+    Vector6d J;
+    constexpr double kStep = 1e-5;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6d d = kStep * Vector6d::Unit(i);
+      J[i] = (residual(displaced(d)) - residual(displaced(-d))) / (2.0 * kStep);
+    }
+    const double r = residual(at);
+    const double z = r * config.noise_inflation * std::sqrt(c.variance);
+    const double weight = CauchyKernel{config.robust_width}.Weight(z * z / (c.variance + c.gate));
+    A += weight * J * J.transpose();
+    b += weight * r * J;
+  }
+  const PoseNormalEquations sums = Linearize(correspondences, at, config);
+  EXPECT_LT((sums.A - A).norm(), 1e-6 * A.norm());
+  EXPECT_LT((sums.b - b).norm(), 1e-6 * b.norm());
+}
+
+// E[n n^T] of a noisy normal less that of its mean, in the information of one constraint.
+TEST(NormalEquations, NoisyNormalsFeignWhatDisturbedOnesAdd) {
+  RandomStream random(6);
+  const Pose3 at(ExpSo3({0.4, -0.1, 0.9}), {1.0, 2.0, -0.5});
+  for (Correspondence c : Noisy(0.0, 0.02, 20, random)) {
+    c.anchor = at * c.point;  // no residual, whatever the normal
+    c.tilt_a = 0.05 * c.normal.unitOrthogonal();
+    c.tilt_b = 0.02 * c.normal.cross(c.normal.unitOrthogonal());
+    const auto information = [&](const Eigen::Vector3d& normal) {
+      Correspondence disturbed = c;
+      disturbed.normal = normal;
+      return Linearize({disturbed}, at, {}).A;
+    };
+    Matrix6d added = Matrix6d::Zero();
+    for (const Eigen::Vector3d& tilt : {c.tilt_a, c.tilt_b}) {
+      added += 0.5 * (information(c.normal + tilt) + information(c.normal - tilt)) -
+               information(c.normal);
+    }
+    const Matrix6d feigned = Linearize({c}, at, {}).feigned;
+    EXPECT_LT((feigned - added).norm(), 1e-9 * information(c.normal).norm());
+    EXPECT_GT(feigned.norm(), 1e-4 * information(c.normal).norm());
   }
 }
 
