@@ -50,7 +50,7 @@ struct SimulateOptions {
   double rest = 2.0;
   std::uint64_t seed = 1;
   bool list = false;
-  bool wrong_extrinsics = false, exact_extrinsics = false;
+  bool wrong_extrinsics = false, exact_extrinsics = false, ideal_lidar = false;
   FaultArguments faults;
   BagCompression compression = BagCompression::kNone;
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
@@ -165,6 +165,7 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   sequence.rest = options.rest;
   sequence.cameras = CameraNames(options.cameras, sequence.rig.true_rig);
   sequence.image_rate = options.image_rate;
+  sequence.ideal_lidar = sequence.ideal_lidar || options.ideal_lidar;
   sequence.faults = std::move(*faults);
   if (!options.trajectory.empty()) {
     if (const auto ok = LoadMotion(options, sequence); !ok) return tl::unexpected(ok.error());
@@ -220,7 +221,12 @@ Json NoiseJson(const Recording& recording) {
            {{"range_noise_m", lidar.range_noise},
             {"beam_noise_rad", lidar.beam_noise},
             {"max_range_m", lidar.max_range},
-            {"dropout", lidar.dropout}}}};
+            {"dropout", lidar.dropout},
+            {"first_surface", lidar.first_surface},
+            {"beam_divergence_rad", lidar.beam_divergence},
+            {"pulse_length_m", lidar.pulse_length},
+            {"incidence_bias", lidar.incidence_bias},
+            {"walk_error_m_per_decade", lidar.walk_error}}}};
 }
 
 Json MotionJson(const Recording& recording) {
@@ -420,6 +426,9 @@ void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
                 "The rig file's mounts are the true ones, however well the sequence's rig was "
                 "calibrated")
       ->group("Faults");
+  command.add_flag("--ideal-lidar", options.ideal_lidar,
+                   "A LiDAR with white noise and nothing else wrong: no mixed pixels, glass like "
+                   "any surface, no bias of ranges");
 }
 
 }  // namespace

@@ -311,6 +311,7 @@ TEST(CameraSimulator, LidarPointsLieOnTheSameEdges) {
   const Image image = Camera(lens, Ideal())
                           .Render(renderer, Standing(T_world_camera), kBegin, 0, {.seconds = 1e-3});
   LidarPattern pattern = MakeLidarPattern("OS0-128").value();
+  pattern.physics = IdealPhysics(pattern.physics);
   pattern.physics.beam_noise = pattern.physics.range_noise = 0.0;
   // The LiDAR at the camera's centre, upright.
   const Pose3 T_camera_lidar = T_world_camera.inverse();
@@ -464,6 +465,7 @@ TEST(CameraSimulator, MovingObjectsAreSeenWhereTheyAre) {
   }
   // The LiDAR meets it at each firing's own time.
   LidarPattern pattern = MakeLidarPattern("OS0-128").value();
+  pattern.physics = IdealPhysics(pattern.physics);
   pattern.physics.beam_noise = pattern.physics.range_noise = 0.0;
   const LidarSimulator lidar(pattern, pose.inverse(), RandomStream(1, "lidar"));
   const LidarSweep sweep = lidar.Sweep(world, Standing(pose), kBegin, 0);

@@ -34,7 +34,28 @@ struct LidarPhysics {
   double max_range = 100.0;         // m
   double reference_range = 100.0;   // m
   double dropout = 0.005;           // share of returns lost at random
+  // An ideal sensor: what a pulse meets first returns all of it, glass and signs like anything
+  // else.
+  bool first_surface = false;
+  // rad, full width at half maximum of the beam (a Gaussian, sampled at five points): things at its
+  // rim mix with what lies behind. 0: a line.
+  double beam_divergence = 0.0;
+  double pulse_length = 0.4;  // m; echoes nearer to one another come back as one
+  // A beam that meets a surface at the angle a lights a depth of r tan(a) divergence: the pulse
+  // rises early, and the range comes out short by this share of half that depth (Laconte et al.,
+  // Lidar Measurement Bias Estimation via Return Waveform Modelling, ICRA 2019: centimetres at
+  // grazing incidence).
+  double incidence_bias = 0.0;
+  // m per decade of reflectivity below 0.8: weak pulses cross the threshold late (walk error).
+  double walk_error = 0.0;
 };
+
+// Systematic error of a range, m: incidence and walk as above. `cosine` of the angle of incidence.
+double RangeBias(const LidarPhysics& physics, double range, double cosine, double reflectivity);
+
+// The same sensor without beam width, mirrors, systematic errors of range: white noise is all that
+// is wrong with it.
+LidarPhysics IdealPhysics(LidarPhysics physics);
 
 // One sweep of a LiDAR: all rays in the order of its messages.
 struct LidarPattern {

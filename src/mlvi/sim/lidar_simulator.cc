@@ -18,40 +18,40 @@ Eigen::Vector3d Disturbed(const Eigen::Vector3d& direction, double sigma, Random
 }
 
 // Probability that a return is detected: rises linearly from 0.5 to 1.5 times the threshold power.
-double DetectionProbability(const LidarPhysics& physics, double reflectivity, double cosine,
-                            double range) {
+double DetectionProbability(const LidarPhysics& physics, double reflectivity, double range) {
   const double ratio = physics.reference_range / range;
-  const double power = reflectivity * cosine / 0.8 * ratio * ratio;
+  const double power = reflectivity / 0.8 * ratio * ratio;
   return (1.0 - physics.dropout) * std::clamp(power - 0.5, 0.0, 1.0);
 }
 
 }  // namespace
 
 LidarPoint LidarSimulator::Fire(const LidarRay& ray, const WorldSnapshot& world,
-                                const Pose3& T_world_lidar, RandomStream random) const {
+                                const Pose3& T_world_lidar, RandomStream random,
+                                LidarReturn& truth) const {
   const LidarPhysics& physics = pattern_.physics;
   LidarPoint point{.offset_ns = pattern_.firing_offsets_ns[ray.firing], .ring = ray.ring};
   const Eigen::Vector3d origin = ray.origin.cast<double>(), nominal = ray.direction.cast<double>();
   const Eigen::Vector3d direction =
       T_world_lidar.rotation() * Disturbed(nominal, physics.beam_noise, random);
   const double range_error = physics.range_noise * random.Normal(), chance = random.Uniform();
-  const auto hit = world.Cast(T_world_lidar * origin, direction, physics.max_range);
-  if (!hit) return point;
-  const double range = hit->range + ray.origin_offset;
-  const double cosine = -hit->normal.dot(direction);
+  const auto echo = ReceivePulse(world, T_world_lidar * origin, direction, physics);
+  if (!echo) return point;
+  truth = *echo;
+  const double range = echo->range + ray.origin_offset;
   if (range < physics.min_range || range > physics.max_range) return point;
-  if (chance >= DetectionProbability(physics, hit->material->reflectivity, cosine, range))
-    return point;
+  if (chance >= DetectionProbability(physics, echo->reflectivity, range)) return point;
+  const double biased = range + RangeBias(physics, range, echo->cosine, echo->reflectivity);
   const double measured =
-      std::round((range + range_error) / physics.range_resolution) * physics.range_resolution;
+      std::round((biased + range_error) / physics.range_resolution) * physics.range_resolution;
   if (measured <= ray.origin_offset) return point;
   point.position = (origin + (measured - ray.origin_offset) * nominal).cast<float>();
-  point.intensity = static_cast<float>(255.0 * hit->material->reflectivity * cosine);
+  point.intensity = static_cast<float>(255.0 * std::min(1.0, echo->reflectivity));
   return point;
 }
 
-LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, Time stamp,
-                                 std::uint64_t index) const {
+TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, Time stamp,
+                                  std::uint64_t index) const {
   const auto& offsets = pattern_.firing_offsets_ns;
   const bool moves = !world.movers().empty();
   std::vector<Pose3> poses(offsets.size());
@@ -61,7 +61,8 @@ LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, T
     poses[i] = motion.PoseAt(time) * T_body_lidar_;
     if (moves) snapshots[i] = world.At(time);
   });
-  LidarSweep sweep;
+  TracedSweep result{.returns = std::vector<LidarReturn>(pattern_.rays.size())};
+  LidarSweep& sweep = result.sweep;
   sweep.stamp = stamp;
   sweep.span = pattern_.span();
   sweep.has_times = sweep.has_rings = sweep.has_intensity = true;
@@ -69,10 +70,10 @@ LidarSweep LidarSimulator::Sweep(const World& world, const PoseSpline& motion, T
   const RandomStream random = random_.Fork(index);
   ParallelFor(pattern_.rays.size(), 1024, [&](std::size_t i) {
     const LidarRay& ray = pattern_.rays[i];
-    sweep.points[i] =
-        Fire(ray, snapshots[moves ? ray.firing : 0], poses[ray.firing], random.Fork(i));
+    sweep.points[i] = Fire(ray, snapshots[moves ? ray.firing : 0], poses[ray.firing],
+                           random.Fork(i), result.returns[i]);
   });
-  return sweep;
+  return result;
 }
 
 void KeepReturns(LidarSweep& sweep, double min_range, double max_range) {

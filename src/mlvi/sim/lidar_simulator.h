@@ -2,13 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "mlvi/base/random.h"
 #include "mlvi/geometry/spline.h"
 #include "mlvi/sensors/measurements.h"
+#include "mlvi/sim/lidar_echoes.h"
 #include "mlvi/sim/lidar_pattern.h"
 #include "mlvi/sim/world.h"
 
 namespace mlvi {
+
+// A sweep and the truth about it: `returns[i]` is what came back to the i-th ray, before errors of
+// range, detected or not.
+struct TracedSweep {
+  LidarSweep sweep;
+  std::vector<LidarReturn> returns;
+};
 
 // Sweeps of a moving LiDAR: every ray starts from the pose of the body at its own firing instant,
 // and meets moving objects where they are then.
@@ -23,11 +33,16 @@ class LidarSimulator {
   // per ray in message order, zero where nothing came back. The noise depends on `index` alone, not
   // on earlier calls or threads.
   LidarSweep Sweep(const World& world, const PoseSpline& motion, Time stamp,
-                   std::uint64_t index) const;
+                   std::uint64_t index) const {
+    return Trace(world, motion, stamp, index).sweep;
+  }
+  TracedSweep Trace(const World& world, const PoseSpline& motion, Time stamp,
+                    std::uint64_t index) const;
 
  private:
+  // Writes the truth to `truth`.
   LidarPoint Fire(const LidarRay& ray, const WorldSnapshot& world, const Pose3& T_world_lidar,
-                  RandomStream random) const;
+                  RandomStream random, LidarReturn& truth) const;
 
   LidarPattern pattern_;
   Pose3 T_body_lidar_;

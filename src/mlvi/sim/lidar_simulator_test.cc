@@ -4,6 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+
+#include "mlvi/base/parallel.h"
 #include "mlvi/sim/recording.h"
 #include "mlvi/sim/test_rigs.h"
 
@@ -78,6 +82,177 @@ TEST_P(Lidars, WorldsAreClosedEnough) {
 INSTANTIATE_TEST_SUITE_P(Models, Lidars,
                          ::testing::Combine(::testing::Values(0, 1, 2),
                                             ::testing::Values("courtyard-hard", "corridor-easy")));
+
+// Whatever a ray may come back from, by tracing it without regard to energies: surfaces behind
+// panes and in mirrors, too.
+struct Candidate {
+  double range = 0.0;
+  EchoPath path = EchoPath::kDirect;
+};
+void Collect(const WorldSnapshot& world, const Eigen::Vector3d& origin,
+             const Eigen::Vector3d& direction, const Candidate& way, int surfaces,
+             std::vector<Candidate>& found) {
+  const auto hit = world.Cast(origin, direction, 300.0);
+  if (!hit) return;
+  const Candidate here{way.range + hit->range, way.path};
+  found.push_back(here);
+  const Material& material = *hit->material;
+  if (surfaces == 1 || (material.transmission == 0.0 && material.lidar_mirror == 0.0)) return;
+  const Eigen::Vector3d point = origin + hit->range * direction;
+  const Eigen::Matrix3d householder =
+      Eigen::Matrix3d::Identity() - 2.0 * hit->normal * hit->normal.transpose();
+  const auto behind = [&](const Eigen::Vector3d& onward, EchoPath path) {
+    Collect(world, point + 1e-3 * onward, onward, {here.range + 1e-3, std::max(path, way.path)},
+            surfaces - 1, found);
+  };
+  behind(householder * direction, EchoPath::kMirrored);
+  behind(direction, EchoPath::kTransmitted);
+}
+
+struct EchoCase {
+  std::string sequence;
+  int rig = 0;  // 0: newer_college, 1: m2dgr, 2: hilti_2022
+  double seconds = 0.5;
+};
+
+class Echoes : public ::testing::TestWithParam<EchoCase> {
+ protected:
+  // Of a sweep of the sequence, beams undisturbed.
+  struct Shot {
+    LidarPoint point;
+    LidarReturn truth;
+    WorldSnapshot world;
+    Eigen::Vector3d origin, ray;  // world; the ray to the point
+  };
+  template <typename Visit>
+  static void ForEachReturn(double beam_divergence_share, const Visit& visit) {
+    const EchoCase& at = GetParam();
+    const Rig rig = at.rig == 0   ? test::NewerCollege()
+                    : at.rig == 1 ? test::M2dgr()
+                                  : test::Hilti();
+    const Recording recording(StandardSequence(at.sequence, rig, at.seconds + 0.2, 3));
+    LidarPattern pattern = recording.lidar().pattern();
+    pattern.physics.beam_noise = 0.0;
+    pattern.physics.beam_divergence *= beam_divergence_share;
+    const Pose3 T_body_lidar = recording.options().rig.true_rig.lidar->T_body_lidar;
+    const LidarSimulator lidar(pattern, T_body_lidar, RandomStream(5));
+    const Time stamp = recording.begin() + Duration::FromSeconds(at.seconds);
+    const TracedSweep traced = lidar.Trace(recording.world(), recording.motion(), stamp, 0);
+    for (std::size_t i = 0; i < traced.returns.size(); ++i) {
+      const LidarPoint& point = traced.sweep.points[i];
+      if (point.position.isZero(0.0F)) continue;
+      const Time fired = stamp + Duration::FromNanoseconds(point.offset_ns);
+      const Pose3 T_world_lidar = recording.motion().PoseAt(fired) * T_body_lidar;
+      const Eigen::Vector3d origin = T_world_lidar * pattern.rays[i].origin.cast<double>();
+      const Eigen::Vector3d ray = T_world_lidar * point.position.cast<double>() - origin;
+      visit(pattern, i, Shot{point, traced.returns[i], recording.world().At(fired), origin, ray});
+    }
+  }
+};
+
+// What is wrong with a range beside its truth is the specified bias and noise, however the light
+// came.
+TEST_P(Echoes, RangesErrByBiasAndNoise) {
+  struct Moments {
+    double sum = 0.0, squares = 0.0, n = 0.0;
+  };
+  std::map<std::pair<EchoPath, bool>, Moments> classes;
+  Moments all;
+  double sigma = 0.0;
+  ForEachReturn(1.0, [&](const LidarPattern& pattern, std::size_t i, const Shot& shot) {
+    const LidarPhysics& physics = pattern.physics;
+    sigma = std::hypot(physics.range_noise, physics.range_resolution / std::sqrt(12.0));
+    const double range = shot.truth.range + pattern.rays[i].origin_offset;
+    const double bias = RangeBias(physics, range, shot.truth.cosine, shot.truth.reflectivity);
+    const double error = shot.ray.norm() - shot.truth.range - bias;
+    for (Moments* m : {&all, &classes[{shot.truth.path, shot.truth.mixed()}]})
+      m->sum += error, m->squares += error * error, m->n += 1.0;
+  });
+  ASSERT_GT(all.n, 10000.0);
+  EXPECT_NEAR(std::sqrt(all.squares / all.n), sigma, 0.02 * sigma);
+  for (const auto& [which, m] : classes) {
+    EXPECT_NEAR(m.sum / m.n, 0.0, 5.0 * sigma / std::sqrt(m.n) + 1e-5)
+        << static_cast<int>(which.first) << (which.second ? " mixed" : "");
+    RecordProperty("echoes_" + std::to_string(static_cast<int>(which.first)) +
+                       (which.second ? "_mixed" : "_alone"),
+                   std::to_string(m.n));
+  }
+}
+
+// A ray without width: direct echoes lie on the mesh, transmitted ones on what is behind the pane,
+// mirrored ones on the mirrored mesh.
+TEST_P(Echoes, RaysComeBackFromWhatTheirPathMeets) {
+  std::size_t all = 0, wrong = 0;
+  ForEachReturn(0.0, [&](const LidarPattern&, std::size_t, const Shot& shot) {
+    if (shot.truth.mixed()) return;  // a pane and what is close behind it
+    std::vector<Candidate> candidates;
+    Collect(shot.world, shot.origin, shot.ray.normalized(), {}, 3, candidates);
+    ++all;
+    wrong += std::ranges::none_of(candidates, [&](const Candidate& c) {
+      return c.path == shot.truth.path && std::abs(c.range - shot.truth.range) < 1e-3;
+    });
+  });
+  ASSERT_GT(all, 10000U);
+  // Rays along an edge may see the other side of it after rounding to float.
+  EXPECT_LT(wrong, 1 + all / 2000);
+}
+
+// Whole beams: a mixed pixel lies between surfaces that rays of its beam meet, any other on that
+// which its middle meets first.
+TEST_P(Echoes, MixedPixelsLieBetweenSurfaces) {
+  std::size_t all = 0, mixed = 0, wrong = 0;
+  ForEachReturn(1.0, [&](const LidarPattern& pattern, std::size_t i, const Shot& shot) {
+    if (i % 4 != 0) return;
+    const LidarReturn& truth = shot.truth;
+    const auto beam = BeamDirections(shot.ray.normalized(), pattern.physics.beam_divergence);
+    std::vector<Candidate> candidates;
+    for (const Eigen::Vector3d& direction : beam)
+      Collect(shot.world, shot.origin, direction, {}, 3, candidates);
+    const auto meets = [&](double range) {
+      return std::ranges::any_of(
+          candidates, [&](const Candidate& c) { return std::abs(c.range - range) < 2e-3; });
+    };
+    ++all;
+    mixed += truth.mixed();
+    EXPECT_LE(truth.nearest, truth.range + 1e-9);
+    EXPECT_LE(truth.range, truth.farthest + 1e-9);
+    EXPECT_LE(truth.farthest - truth.nearest, pattern.physics.pulse_length + 1e-9);
+    wrong += !meets(truth.nearest) || !meets(truth.farthest);
+  });
+  ASSERT_GT(all, 2500U);
+  EXPECT_GT(mixed, 0U);
+  EXPECT_LT(wrong, 1 + all / 1000);
+  RecordProperty("mixed_share",
+                 std::to_string(static_cast<double>(mixed) / static_cast<double>(all)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, Echoes,
+                         ::testing::Values(EchoCase{"hall-05", 1}, EchoCase{"door-02", 1},
+                                           EchoCase{"stairs", 0, 10.0}, EchoCase{"walk-01", 1},
+                                           EchoCase{"corridor-lower-gallery-2", 2}),
+                         [](const auto& instance) {
+                           std::string name = instance.param.sequence;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+// Glass, people and cars, whole beams: same bits at any number of threads.
+TEST(LidarSimulator, EchoesHaveTheSameBitsAtEveryNumberOfThreads) {
+  const Recording recording(StandardSequence("hall-05", test::M2dgr(), 0.3));
+  const auto sweep = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return recording.lidar().Sweep(recording.world(), recording.motion(), recording.begin(), 1);
+  };
+  const LidarSweep one = sweep(1);
+  for (const int threads : {2, 4}) {
+    const LidarSweep other = sweep(threads);
+    ASSERT_EQ(other.points.size(), one.points.size());
+    for (std::size_t i = 0; i < one.points.size(); ++i) {
+      ASSERT_EQ(other.points[i].position, one.points[i].position) << i;
+      ASSERT_EQ(other.points[i].intensity, one.points[i].intensity) << i;
+    }
+  }
+}
 
 TEST(LidarPattern, MatchesTheSensors) {
   const LidarPattern os0 = MakeLidarPattern("OS0-128").value();

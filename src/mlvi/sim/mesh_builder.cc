@@ -52,9 +52,10 @@ MaterialId MeshBuilder::AddMaterial(const Material& material) {
   MLVI_CHECK(material.reflectivity >= 0.0 && material.reflectivity <= 1.0, "reflectivity {} of {}",
              material.reflectivity, material.name);
   MLVI_CHECK(material.transmission >= 0.0 && material.mirror >= 0.0 &&
-                 material.transmission + material.mirror <= 1.0,
-             "transmission {} and mirror {} of {}", material.transmission, material.mirror,
-             material.name);
+                 material.lidar_mirror >= 0.0 &&
+                 material.transmission + std::max(material.mirror, material.lidar_mirror) <= 1.0,
+             "transmission {}, mirror {}, lidar_mirror {} of {}", material.transmission,
+             material.mirror, material.lidar_mirror, material.name);
   MLVI_CHECK(material.tile > 0.0, "a tile of {} m of {}", material.tile, material.name);
   mesh_.materials.push_back(material);
   return static_cast<MaterialId>(mesh_.materials.size() - 1);

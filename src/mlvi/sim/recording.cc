@@ -86,8 +86,9 @@ ImuSimulator MakeImu(const SequenceOptions& options, const PoseSpline& motion, T
 
 LidarSimulator MakeLidar(const SequenceOptions& options) {
   const LidarSpec& spec = *options.rig.true_rig.lidar;
-  return LidarSimulator(MakeLidarPattern(spec.model).value(), spec.T_body_lidar,
-                        RandomStream(options.seed, "lidar"));
+  LidarPattern pattern = MakeLidarPattern(spec.model).value();
+  if (options.ideal_lidar) pattern.physics = IdealPhysics(pattern.physics);
+  return LidarSimulator(std::move(pattern), spec.T_body_lidar, RandomStream(options.seed, "lidar"));
 }
 
 }  // namespace

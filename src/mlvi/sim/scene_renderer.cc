@@ -56,12 +56,6 @@ class TextureStore {
   std::vector<std::pair<TextureRecipe, std::shared_ptr<const Texture>>> drawn_;
 };
 
-// Reflectance at the angle of incidence (Schlick 1994).
-double Mirrored(const Material& material, double cosine) {
-  const double x = 1.0 - std::min(1.0, cosine);
-  return material.mirror + (1.0 - material.mirror) * x * x * x * x * x;
-}
-
 std::uint32_t SurfaceCode(const PacketHit& hit, std::uint16_t material, bool sunlit) {
   const auto object = static_cast<std::uint32_t>(hit.object + 1);
   return (std::uint32_t{material} << 1 | (sunlit ? 1U : 0U)) + (object << 14) +
@@ -265,8 +259,8 @@ Eigen::Vector3f SceneRenderer::Onward(const Moment& moment, const View& view, co
   const Material& material = MaterialOf(sight.hit);
   const Eigen::Vector3f& normal = sight.hit.normal;
   const float cosine = -normal.dot(view.direction);
-  const double mirrored = Mirrored(material, cosine);
-  const double passed = material.transmission * (1.0 - mirrored) / (1.0 - material.mirror);
+  const double mirrored = MirroredShare(material.mirror, cosine);
+  const double passed = TransmittedShare(material.transmission, material.mirror, cosine);
   const Eigen::Vector3d point =
       view.origin + static_cast<double>(sight.hit.range) * view.direction.cast<double>();
   Eigen::Vector3f luminance = static_cast<float>(1.0 - mirrored - passed) * scattered;

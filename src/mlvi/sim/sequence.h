@@ -75,6 +75,8 @@ struct SequenceOptions {
   RecordedImu recorded_imu = {};
   // A world of one's own instead of the sequence's place.
   std::shared_ptr<const OwnWorld> own_world = {};
+  // A LiDAR of a straight line, the first surface, white noise (IdealPhysics).
+  bool ideal_lidar = false;
   SequenceFaults faults = {};
   // Names of the rig's cameras that take images; without any, nothing is drawn for them.
   std::vector<std::string> cameras = {};
@@ -83,7 +85,7 @@ struct SequenceOptions {
 };
 
 // The usual options for a rig: physical noise, calibrated as well as the sequence's real rig, no
-// faults, no images.
+// faults, no images; an ideal LiDAR where the sequence says so.
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds = 0.0,
                                  std::uint64_t seed = 1);
 
@@ -97,6 +99,7 @@ struct SequenceInfo {
   std::string paper = {};             // the sequence of the paper's tables that it stands for
   // How well the real rig was calibrated: how far true mounts are from the rig file's.
   ExtrinsicsError calibration = {};
+  bool ideal_lidar = false;  // SequenceOptions
 };
 
 const std::vector<SequenceInfo>& SequenceCatalogue();

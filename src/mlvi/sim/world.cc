@@ -12,6 +12,16 @@
 
 namespace mlvi {
 
+double MirroredShare(double mirror, double cosine) {
+  const double x = 1.0 - std::min(1.0, cosine);
+  return mirror + (1.0 - mirror) * x * x * x * x * x;
+}
+
+double TransmittedShare(double transmission, double mirror, double cosine) {
+  if (transmission <= 0.0) return 0.0;
+  return transmission * (1.0 - MirroredShare(mirror, cosine)) / (1.0 - mirror);
+}
+
 struct World::Scene {
   // A part of a moving object, with the sphere around it in its own frame.
   struct Part {
@@ -103,6 +113,13 @@ World& World::operator=(World&&) noexcept = default;
 const TriangleMesh& World::mesh() const { return scene_->mesh; }
 const Lighting& World::lighting() const { return scene_->lighting; }
 const std::vector<MovingObject>& World::movers() const { return scene_->movers; }
+
+const Material& World::MaterialOf(const PacketHit& hit) const {
+  const TriangleMesh& mesh = hit.object < 0 ? scene_->mesh
+                                            : scene_->movers[static_cast<std::size_t>(hit.object)]
+                                                  .parts[static_cast<std::size_t>(hit.part)];
+  return mesh.materials[mesh.triangle_materials[hit.triangle]];
+}
 
 void World::StartClock(Time begin) { scene_->begin = begin; }
 void World::SetLampLevel(std::function<double(double seconds)> level) {

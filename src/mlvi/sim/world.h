@@ -38,14 +38,22 @@ struct Material {
   double tile = 4.0;  // m, side of one repeat of the texture
   TextureMapping mapping = TextureMapping::kTriplanar;
   double emission = 0.0;  // cd/m^2, of screens, signs, lamp shades; lights nothing else
-  // Glass: shares of light (visible and the LiDAR's) that pass straight through and that are
-  // mirrored at normal incidence; the rest is scattered like by any other surface. Mirroring grows
-  // towards grazing incidence (Schlick). Sum <= 1.
+  // Glass and gloss: shares of light that pass straight through and that are mirrored at normal
+  // incidence; the rest is scattered like by any other surface. Mirroring grows towards grazing
+  // incidence (Schlick). Sum <= 1. `transmission` holds for the LiDAR's light, too.
   double transmission = 0.0;
   double mirror = 0.0;
+  // What the LiDAR's light is mirrored by in the same way: panes, mirrors and water only. The gloss
+  // of a floor or of paint, which images show, is too rough to send a pulse on in one piece.
+  double lidar_mirror = 0.0;
   // Signs, number plates, safety vests: returns the LiDAR's light to where it came from.
   bool retroreflective = false;
 };
+
+// Shares of light that a smooth surface mirrors (Schlick 1994) and passes at the cosine of an angle
+// of incidence, from those at normal incidence.
+double MirroredShare(double mirror, double cosine);
+double TransmittedShare(double transmission, double mirror, double cosine);
 
 // Triangles in the frame of the mesh (the world's: z up, m), seen from both sides.
 struct TriangleMesh {
@@ -96,6 +104,8 @@ class World {
   // The instant that moving objects and lamps count their seconds from; the epoch of the clock
   // unless set.
   void StartClock(Time begin);
+  // Of what a ray of a packet met.
+  const Material& MaterialOf(const PacketHit& hit) const;
   double SecondsOf(Time time) const;
   // What the lamps give from now on (Lighting::lamp_level).
   void SetLampLevel(std::function<double(double seconds)> level);

@@ -22,7 +22,7 @@ class Painter {
     Material glass = Describe(name, reflectivity, Pattern::kPlain, {0.1F, 0.12F, 0.13F},
                               {0.05F, 0.06F, 0.07F}, 4.0);
     glass.transmission = transmission;
-    glass.mirror = mirror;
+    glass.mirror = glass.lidar_mirror = mirror;
     return builder_.AddMaterial(glass);
   }
   MaterialId Lamp(const char* name, double luminance) {
@@ -68,8 +68,9 @@ void AddBuildings(Painter& p, Palette& m) {
   m.ceiling = p("ceiling", 0.75, Pattern::kPlaster, {0.7F, 0.7F, 0.68F}, {0.63F, 0.63F, 0.6F});
   m.roof_tiles =
       p("roof tiles", 0.35, Pattern::kRoofTiles, {0.33F, 0.15F, 0.1F}, {0.12F, 0.06F, 0.04F});
-  // Half mirrors, half windows: most of a pulse goes through or away.
-  m.glass = p.Glass("glass", 0.06, 0.75, 0.08);
+  // Dust scatters a little: a pane is seen where nothing brighter stands behind it. Else pulses go
+  // through, or away.
+  m.glass = p.Glass("glass", 0.01, 0.75, 0.08);
   m.dark_glass = p.Glass("dark glass", 0.002, 0.0, 0.1);
   m.window = p.Glass("window", 0.12, 0.0, 0.25);
   m.door = p("door", 0.4, Pattern::kWood, {0.3F, 0.24F, 0.18F}, {0.17F, 0.13F, 0.1F});
