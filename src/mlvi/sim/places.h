@@ -41,10 +41,11 @@ Place MakeQuad(std::uint64_t seed);
 // A plaza and a court either side of a wing with a glass front, an arcade and a passage under it,
 // which is walked both ways.
 Place MakeMathInstitute(std::uint64_t seed);
-// Rough galleries about 2.8 m wide and 2.5 m high in a round of 90 m with a cross-cut; dark.
+// Rough galleries about 2.8 m wide and 2.5 m high in a round of 90 m with a cross-cut, two of them
+// sawn smooth; dark.
 Place MakeMine(std::uint64_t seed);
-// Four storeys of flights 1.15 m wide around a solid wall, bare and alike, between two furnished
-// rooms. Nearly all that a LiDAR sees there is nearer than a metre or two.
+// Five storeys of flights 1 m wide around a solid wall, bare and alike, between two bare lobbies.
+// Nearly all that a LiDAR sees there is nearer than a metre or two.
 Place MakeStairwell(std::uint64_t seed);
 // Four walks of 26 m around a court, alike but for details: arcade on one side, bare wall on the
 // other, timber roof.

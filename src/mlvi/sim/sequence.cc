@@ -174,7 +174,7 @@ const std::vector<SequenceInfo>& SequenceCatalogue() {
        "newer_college", "Math-Hard"},
       {"undermine-hard", "rough galleries of a mine in the dark, the sensor waved about", 110.0,
        &MakeMine, &HardMotion, "newer_college", "Undermine-Hard"},
-      {"stairs", "four storeys up a narrow bare stairwell and partly down again", 120.0,
+      {"stairs", "five storeys up a narrow bare stairwell and partly down again", 120.0,
        &MakeStairwell, &StairsMotion, "newer_college", "Stairs"},
       {"cloister", "round a cloister, arcade on one side, bare wall on the other", 110.0,
        &MakeCloister, &EasyMotion, "newer_college", "Cloister"},

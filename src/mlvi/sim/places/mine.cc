@@ -15,19 +15,20 @@ struct Gallery {
   Eigen::Vector3d from, to;
   double half_width = 1.4;  // m
   double height = 2.5;      // m
+  bool sawn = false;        // smooth walls and roof
 };
 
 // A round trip (the walk) with dead ends off it.
 const std::vector<Gallery>& Galleries() {
   static const std::vector<Gallery> galleries = {
-      {{0.0, 0.0, 0.0}, {14.0, 1.5, -0.2}},
+      {{0.0, 0.0, 0.0}, {14.0, 1.5, -0.2}, 1.4, 2.5, true},
       {{14.0, 1.5, -0.2}, {22.0, 8.0, -0.6}, 1.6, 2.7},
       {{22.0, 8.0, -0.6}, {23.0, 20.0, -1.0}, 1.3},
       {{23.0, 20.0, -1.0}, {13.0, 26.0, -0.8}, 1.5},
       {{13.0, 26.0, -0.8}, {2.0, 23.0, -0.5}, 1.3, 2.4},
       {{2.0, 23.0, -0.5}, {-4.0, 13.0, -0.2}, 1.4},
       {{-4.0, 13.0, -0.2}, {0.0, 0.0, 0.0}, 1.5},
-      {{14.0, 1.5, -0.2}, {13.0, 26.0, -0.8}, 1.3, 2.4},  // the cross-cut
+      {{14.0, 1.5, -0.2}, {13.0, 26.0, -0.8}, 1.3, 2.4, true},  // the cross-cut
       {{0.0, 0.0, 0.0}, {-9.0, -3.0, 0.1}, 1.3},
       {{22.0, 8.0, -0.6}, {30.0, 6.0, -0.6}, 1.4},
       {{23.0, 20.0, -1.0}, {29.0, 26.0, -1.2}, 1.2, 2.2},
@@ -50,12 +51,28 @@ double GalleryDistance(const Eigen::Vector3d& p, const Gallery& g) {
   return std::max({outside, above - roof, -above});
 }
 
+// How rough the rock is at a point: sawn galleries are smooth but for their first and last metre.
+double Roughness(const Eigen::Vector3d& p) {
+  double roughness = 1.0;
+  for (const Gallery& g : Galleries()) {
+    if (!g.sawn) continue;
+    const Eigen::Vector2d a = g.from.head<2>(), along = g.to.head<2>() - a;
+    const double length = along.norm(), s = (p.head<2>() - a).dot(along) / length;
+    const double across =
+        std::abs((p.x() - a.x()) * along.y() - (p.y() - a.y()) * along.x()) / length;
+    const double inside = std::clamp(std::min(s, length - s) - 1.0, 0.0, 1.0),
+                 near = std::clamp((g.half_width + 0.9 - across) / 0.4, 0.0, 1.0);
+    roughness = std::min(roughness, 1.0 - 0.95 * inside * near);
+  }
+  return roughness;
+}
+
 double RockDistance(const Eigen::Vector3d& p, const ValueNoise& noise) {
   double distance = 1e9;
   for (const Gallery& g : Galleries()) distance = std::min(distance, GalleryDistance(p, g));
   // Blocks and cracks: rough walls and roof, a floor that has been walked on.
   const double walls = std::clamp((p.z() + 1.0) / 1.2, 0.25, 1.0);
-  return distance + walls * (0.2 * noise.At(1.1 * p) + 0.11 * noise.At(2.7 * p));
+  return distance + Roughness(p) * walls * (0.2 * noise.At(1.1 * p) + 0.11 * noise.At(2.7 * p));
 }
 
 bool InAnotherGallery(const Eigen::Vector3d& point, std::size_t own) {
@@ -70,6 +87,7 @@ void AddWorks(MeshBuilder& builder, const Palette& m, RandomStream& random) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   for (std::size_t i = 0; i < Galleries().size(); ++i) {
     const Gallery& g = Galleries()[i];
+    if (g.sawn) continue;
     const double length = (g.to - g.from).norm();
     const Eigen::Vector3d along = (g.to - g.from) / length;
     const Eigen::Vector3d left = up.cross(along).normalized();

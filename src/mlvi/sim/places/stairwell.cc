@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/sim/places.h"
-#include "mlvi/sim/places/furniture.h"
+#include "mlvi/sim/places/palette.h"
 #include "mlvi/sim/places/rooms.h"
+#include "mlvi/sim/places/shapes.h"
 
 namespace mlvi {
 namespace {
 
 // Flights of kSteps steps either side of a solid wall, landings before and behind. The first flight
 // of a storey climbs along +y in the east, the second comes back in the west.
-constexpr int kStoreys = 4, kSteps = 10;
+constexpr int kStoreys = 5, kSteps = 10;
 constexpr double kRun = 0.28, kRise = 0.16;
 constexpr double kFlight = kSteps * kRun, kHalfStorey = kSteps * kRise;
-constexpr double kWidth = 1.15, kCore = 0.2, kLanding = 1.25;  // m
+constexpr double kWidth = 1.0, kCore = 0.2, kLanding = 1.1;  // m
 constexpr double kEast = 2.0 * kWidth + kCore, kNorth = 2.0 * kLanding + kFlight;
 constexpr double kTop = 2.0 * kStoreys * kHalfStorey;  // m, the uppermost floor
 constexpr double kHead = 2.9;                          // m above the uppermost floor
@@ -60,8 +61,8 @@ void AddShaft(MeshBuilder& builder, const Palette& m, RandomStream& random) {
   }
 }
 
-// Furnished rooms before the bottom and the top of the stairs.
-void AddRooms(MeshBuilder& builder, const Palette& m, RandomStream& random) {
+// Lobbies before the bottom and the top of the stairs: doors and windows, as bare as the shaft.
+void AddLobbies(MeshBuilder& builder, const Palette& m, RandomStream& random) {
   for (const double z : {0.0, kTop}) {
     const WallHoles holes{.south = {Window(-1.0 + random.Uniform(-0.3, 0.3), 1.6, 1.5, m.window),
                                     Window(2.4, 1.4, 1.5, m.window)},
@@ -70,11 +71,6 @@ void AddRooms(MeshBuilder& builder, const Palette& m, RandomStream& random) {
                           .west = {Door(-5.0 + random.Uniform(0.0, 0.6), m.dark_wood, m.frame)}};
     AddRoom(builder, {-3.2, -6.4, z}, {4.6, -0.2, z + 2.9},
             Painted(m.paint, m.floorboards, m.ceiling), holes);
-    AddShelf(builder, {{-1.6, -0.42, z}}, 1.8, 2.0, m, random);
-    AddDesk(builder, {{3.9, -1.5, z}, -1.57}, m, random);
-    AddSofa(builder, {{-2.5, -3.2, z}, 1.57}, 1.6, m);
-    AddClutter(builder, {{3.9, -5.6, z}}, 0.4, 5, m, random);
-    AddPicture(builder, {{2.6, -0.23, z + 1.2}}, 1.1, 0.8, m.posters);
   }
 }
 
@@ -114,7 +110,7 @@ Place MakeStairwell(std::uint64_t seed) {
   const Palette m = AddPalette(builder);
   AddFlights(builder, m);
   AddShaft(builder, m, random);
-  AddRooms(builder, m, random);
+  AddLobbies(builder, m, random);
   const std::vector<Eigen::Vector3d> up = WayUp();
   std::vector<Eigen::Vector3d> walk = {{-0.9, -4.6, 0.0}, {1.0, -4.4, 0.0}, {1.6, -2.4, 0.0}};
   walk.insert(walk.end(), up.begin(), up.end());
