@@ -43,6 +43,7 @@ struct Outcome {
   std::uint64_t seed = 0;
   double odometry_ate = NAN, trajectory_ate = NAN;  // m, se3-aligned rmse
   double attitude_rmse_deg = 0.0, attitude_max_deg = 0.0;
+  double drift_percent = NAN;  // mean of errors of segments per length, of the odometry
   // Once per second: of the pose, of its position and its rotation alone (three degrees of freedom each).
   std::vector<double> nees, nees_position, nees_rotation;
   double sweep_p50_ms = 0.0, sweep_p99_ms = 0.0;
@@ -121,6 +122,9 @@ void Evaluate(const Recording& recording, const Slam& slam, Outcome& outcome) {
   if (!odometry || !smoothed) return;
   outcome.odometry_ate = odometry->absolute_translation.rmse;
   outcome.trajectory_ate = smoothed->absolute_translation.rmse;
+  double drift = 0.0;
+  for (const SegmentDrift& segment : odometry->drift) drift += segment.translation_percent;
+  if (!odometry->drift.empty()) outcome.drift_percent = drift / static_cast<double>(odometry->drift.size());
   if (odometry->absolute_rotation) {
     outcome.attitude_rmse_deg = odometry->absolute_rotation->rmse * kDegrees;
     outcome.attitude_max_deg = odometry->absolute_rotation->max * kDegrees;
@@ -169,7 +173,7 @@ nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
   const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
   return {{"sequence", options.sequence}, {"rig", options.rig}, {"seed", o.seed}, {"settings", options.assignments},
           {"odometry_ate_m", o.odometry_ate}, {"trajectory_ate_m", o.trajectory_ate},
-          {"attitude_rmse_deg", o.attitude_rmse_deg}, {"attitude_max_deg", o.attitude_max_deg},
+          {"attitude_rmse_deg", o.attitude_rmse_deg}, {"attitude_max_deg", o.attitude_max_deg}, {"drift_percent", o.drift_percent},
           {"mean_nees", nees.mean}, {"nees_count", nees.count}, {"sweep_p50_ms", o.sweep_p50_ms},
           {"sweep_p99_ms", o.sweep_p99_ms}, {"sweeps", o.sweeps}, {"used", o.used}, {"degenerate", o.degenerate},
           {"weak_axis", {o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z()}}, {"resets", o.resets},
