@@ -312,6 +312,26 @@ Rig SelectCameras(const Rig& rig, const std::vector<std::string>& names,
   return selected;
 }
 
+// Samples of the IMU and, where depths are wanted, sweeps, which take long to trace.
+class SampleReader {
+ public:
+  SampleReader(Recording& recording, bool sweeps) : recording_(recording), sweeps_(sweeps) {}
+
+  std::optional<Measurement> Next() {
+    if (!sweeps_) {
+      if (next_ == recording_.imu().size()) return std::nullopt;
+      return recording_.imu().Sample(next_++);
+    }
+    auto next = recording_.Next();
+    return next ? std::move(*next) : std::nullopt;
+  }
+
+ private:
+  Recording& recording_;
+  bool sweeps_;
+  std::size_t next_ = 0;
+};
+
 int RunOnce(const Options& options, const Rig& rig, const VioConfig& config) {
   const std::string path = DrawImages(options, rig);
   Recording recording(MakeSequence(options, rig));  // without images
@@ -325,19 +345,20 @@ int RunOnce(const Options& options, const Rig& rig, const VioConfig& config) {
   Vio vio(config, used, times);
   SetReader sets(path, new_index);
   Runner runner(options, recording, vio);
+  SampleReader samples(recording, options.depth);
   std::vector<ImuSample> imu;
   std::optional<ImageSet> set = sets.Next();
   while (set) {
-    const auto next = recording.Next();
-    if (!next || !*next) break;
-    if (const auto* sample = std::get_if<ImuSample>(&**next)) {
+    const std::optional<Measurement> next = samples.Next();
+    if (!next) break;
+    if (const auto* sample = std::get_if<ImuSample>(&*next)) {
       imu.push_back(*sample);
       while (set && set->stamp <= sample->stamp) {
         runner.Process(*set, imu);
         imu.erase(imu.begin(), imu.end() - 1);
         set = sets.Next();
       }
-    } else if (const auto* sweep = std::get_if<LidarSweep>(&**next); sweep && options.depth) {
+    } else if (const auto* sweep = std::get_if<LidarSweep>(&*next)) {
       vio.AddDepthCloud(Deskew(*sweep, recording, used.lidar->T_body_lidar),
                         recording.GroundTruth(sweep->end()).T_world_body, sweep->end());
     }

@@ -45,6 +45,8 @@ class SlidingWindow {
   NavState Predict(std::span<const ImuSample> samples, Time stamp) const;
   // A frame at `stamp`, predicted as above, and what the tracks saw in it.
   void Add(FrameId frame, Time stamp, std::span<const ImuSample> samples, const TrackStore& tracks);
+  // The newest frame stands still, to `velocity_sigma` m/s per axis.
+  void AddRest(double velocity_sigma) { window_.frames.back().rest_sigma = velocity_sigma; }
   WindowEstimate Solve();
   // Drops outliers (their tracks are returned), decides whether the newest frame is a keyframe and
   // lets go what leaves the window.

@@ -61,6 +61,7 @@ struct Vio::Impl {
   TrackingSummary Track(const ImageSet& set, const std::optional<NavState>& predicted);
   TrackingHints Hints(FrameId frame) const;
   void Begin(const ImageSet& set, const OdometryEstimate& start, VioResult& result);
+  bool AtRest(Time now) const;
   void Estimate(const ImageSet& set, const NavState& predicted, VioResult& result);
   void Fail(std::string reason, VioResult& result);
   void ApplyCalibration();
@@ -224,8 +225,20 @@ void Vio::Impl::Begin(const ImageSet& set, const OdometryEstimate& start, VioRes
   result.keyframe = true;
 }
 
+// Whether the rig has stood still since the newest frame that is long enough ago.
+bool Vio::Impl::AtRest(Time now) const {
+  const Time latest = now - Duration::FromSeconds(config.rest.seconds);
+  const std::span<const FrameHistory::Frame> frames = history.frames();
+  const auto before = std::find_if(frames.rbegin(), frames.rend(),
+                                   [&](const auto& seen) { return seen.stamp <= latest; });
+  if (before == frames.rend()) return false;
+  return IsAtRest(tracker.tracks(), before->id, frame,
+                  SamplesBetween(history.samples(), before->stamp, now), imu_spec, config.rest);
+}
+
 void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResult& result) {
   window.Add(frame, set.stamp, history.samples(), tracker.tracks());
+  if (AtRest(set.stamp)) window.AddRest(config.rest.velocity_sigma);
   const bool due = !last_search.valid() ||
                    set.stamp - last_search >= Duration::FromSeconds(config.depth.interval);
   if (new_cloud && due) {

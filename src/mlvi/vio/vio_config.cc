@@ -12,6 +12,7 @@ void VioConfig::Declare(ConfigDeclaration& d) {
   d.Section("tracker", tracker);
   d.Section("window", window);
   d.Section("keyframe", keyframe);
+  d.Section("rest", rest);
   d.Section("depth", depth);
   d.Section("failure", failure);
   d.Section("start", start);

@@ -6,6 +6,7 @@
 #include "mlvi/vio/depth_config.h"
 #include "mlvi/vio/failure_detector.h"
 #include "mlvi/vio/keyframe_policy.h"
+#include "mlvi/vio/rest_detector.h"
 #include "mlvi/vio/visual_inertial_start.h"
 #include "mlvi/vio/window_config.h"
 
@@ -17,6 +18,7 @@ struct VioConfig {
   PanoramicTrackerConfig tracker;
   WindowConfig window;
   KeyframeConfig keyframe;
+  RestConfig rest;
   DepthConfig depth;
   FailureConfig failure;
   VisualInertialStartConfig start;

@@ -48,6 +48,7 @@ struct WindowFrame {
   // position and heading). `step` leads from there to `state`.
   std::optional<NavState> first_estimate;
   Vector15d step = Vector15d::Zero();
+  double rest_sigma = 0.0;  // m/s; the body stands still to this, per axis; 0: nothing is known
   Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  // rad/s, as the gyroscope read it
   // Body velocity and angular rate less the bias, body frame: constants while the window is solved.
   // They move the pose from the stamp to the instant of the images when a time offset is estimated.

@@ -23,8 +23,8 @@ struct WindowConfig {
   Compensation compensation = Compensation::kRay;
   double pixel_sigma = 0.3;
   double pixel_drift = 0.1;
-  BearingLoss loss = BearingLoss::kHuber;
-  double loss_scale = 2.0;
+  BearingLoss loss = BearingLoss::kCauchy;
+  double loss_scale = 1.0;
   ExtrinsicsCalibration extrinsics = ExtrinsicsCalibration::kOff;
   double extrinsics_rotation_sigma = 0.01;
   double extrinsics_translation_sigma = 0.01;

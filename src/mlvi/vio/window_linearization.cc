@@ -290,6 +290,22 @@ void AddImu(const VioWindow& window, std::size_t i, double gravity, LinearizedWi
   system.cost += 0.5 * residual.squaredNorm();
 }
 
+double RestCost(const WindowFrame& frame) {
+  if (frame.rest_sigma == 0.0) return 0.0;
+  return 0.5 * frame.state.v_world_body.squaredNorm() / (frame.rest_sigma * frame.rest_sigma);
+}
+
+// A velocity of zero was measured. Linear, so that first estimates do not matter.
+void AddRest(const VioWindow& window, std::size_t i, LinearizedWindow& system) {
+  const WindowFrame& frame = window.frames[i];
+  if (frame.rest_sigma == 0.0) return;
+  const double information = 1.0 / (frame.rest_sigma * frame.rest_sigma);
+  const int start = system.layout.frame(static_cast<int>(i)) + frame_index::kVelocity;
+  system.H.diagonal().segment<3>(start).array() += information;
+  system.b.segment<3>(start) -= information * frame.state.v_world_body;
+  system.cost += RestCost(frame);
+}
+
 // The step of all coordinates of the prior, stacked.
 Eigen::VectorXd PriorStep(const VioWindow& window, const WindowLayout& layout) {
   const WindowPrior& prior = window.prior;
@@ -390,9 +406,10 @@ LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, 
   system.H = Eigen::MatrixXd::Zero(system.layout.size(), system.layout.size());
   system.b = Eigen::VectorXd::Zero(system.layout.size());
   if (selection.bearings) AddBearings(window, config, system);
-  const std::size_t last = selection.first_imu_only ? 2 : window.frames.size();
-  for (std::size_t i = 1; selection.imu && i < std::min(last, window.frames.size()); ++i) {
-    AddImu(window, i, gravity, system);
+  const std::size_t known = selection.first_only ? 1 : window.frames.size();
+  for (std::size_t i = 0; i < known; ++i) {
+    if (selection.imu && i + 1 < window.frames.size()) AddImu(window, i + 1, gravity, system);
+    if (selection.rest) AddRest(window, i, system);
   }
   if (selection.prior) AddPrior(window, system);
   return system;
@@ -411,6 +428,7 @@ double WindowCost(const VioWindow& window, const WindowConfig& config, double gr
   for (std::size_t i = 1; i < window.frames.size(); ++i) {
     cost += 0.5 * ImuError(window, i, gravity).squaredNorm();
   }
+  for (const WindowFrame& frame : window.frames) cost += RestCost(frame);
   if (!window.prior.blocks.empty()) {
     cost += 0.5 * PriorError(window, window.Layout(config)).squaredNorm();
   }

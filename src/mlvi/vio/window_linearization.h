@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Normal equations of the window: bearings, LiDAR depths, IMU, prior.
+// Normal equations of the window: bearings, LiDAR depths, IMU, rest, prior.
 //
 // Every feature has one unknown of its own, its inverse depth, and is connected to nothing else: it
 // is eliminated by a division. What is left couples poses and calibration only, densely, which is
@@ -21,8 +21,9 @@ namespace mlvi {
 struct FactorSelection {
   bool bearings = true;
   bool imu = true;
-  // Only the connection from the first frame to the second, of the IMU's.
-  bool first_imu_only = false;
+  bool rest = true;
+  // Of IMU and rest only what knows the first frame: the connection to the second, its own rest.
+  bool first_only = false;
   bool prior = true;
 };
 

@@ -121,7 +121,7 @@ bool SeesFrame(const WindowFeature& feature, FrameId frame) {
 // The features that go with the first frame: their window, without them changed.
 std::vector<std::size_t> KnownFeatures(const VioWindow& window, const WindowConfig& config) {
   const LinearizedWindow system =
-      Linearize(window, config, 0.0, {.bearings = true, .imu = false, .prior = false});
+      Linearize(window, config, 0.0, {.bearings = true, .imu = false, .rest = false, .prior = false});
   std::vector<std::size_t> known;
   for (std::size_t f = 0; f < window.features.size(); ++f) {
     const double information = system.feature_information[static_cast<Eigen::Index>(f)];
@@ -213,7 +213,7 @@ void MarginalizeFirstFrame(VioWindow& window, const WindowConfig& config, double
   MLVI_CHECK(window.frames.size() >= 3, "{} frames", window.frames.size());
   const FrameId first = window.frames.front().id;
   const VioWindow part = TakePart(window, config);
-  const LinearizedWindow system = Linearize(part, config, gravity, {.first_imu_only = true});
+  const LinearizedWindow system = Linearize(part, config, gravity, {.first_only = true});
   window.prior = PriorWithoutFirstFrame(window, system);
   ForgetObservations(window, first, config);
   window.frames.erase(window.frames.begin());

@@ -154,7 +154,7 @@ struct BatchWindow {
       double* a = states[static_cast<std::size_t>(window.FindFrame(all[0].frame))].data();
       double* t = states[static_cast<std::size_t>(window.FindFrame(all[k].frame))].data();
       double* camera = cameras[static_cast<std::size_t>(anchor.camera)].data();
-      problem.AddResidualBlock(factor, new ceres::HuberLoss(config.loss_scale), a, t,
+      problem.AddResidualBlock(factor, new ceres::CauchyLoss(config.loss_scale), a, t,
                                body_pano.data(), camera, &depths[f], &time_offset);
       problem.SetParameterBlockConstant(body_pano.data());
       problem.SetParameterBlockConstant(camera);
