@@ -3,12 +3,11 @@
 #include "pose_file.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 
 #include "mlvi/io/euroc.h"
 #include "mlvi/io/text_table.h"
 #include "mlvi/io/tum.h"
+#include "mlvi/io/whole_file.h"
 
 namespace {
 
@@ -16,14 +15,6 @@ using mlvi::Expected;
 using mlvi::MakeError;
 using mlvi::TableLine;
 constexpr mlvi::ErrorKind kKind = mlvi::ErrorKind::kInput;
-
-Expected<std::string> ReadText(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.is_open() || file.bad())
-    return MakeError(kKind, "cannot read '{}': does the file exist?", path);
-  return text;
-}
 
 bool IsInteger(const std::string& word) {
   return !word.empty() &&
@@ -78,7 +69,7 @@ Expected<std::vector<Eigen::Isometry3d>> ParseKitti(const std::vector<TableLine>
 }  // namespace
 
 Expected<PoseFile> ReadPoseFile(const std::string& path) {
-  const auto text = ReadText(path);
+  const auto text = mlvi::ReadWholeFile(path, kKind);
   if (!text) return tl::unexpected(text.error());
   const std::vector<TableLine> lines = mlvi::SplitTable(*text);
   if (lines.empty()) return MakeError(kKind, "{}: no pose in this file", path);

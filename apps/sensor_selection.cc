@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "mlvi/base/config.h"
+#include "mlvi/base/suggestion.h"
 
 using namespace mlvi;
 
@@ -26,8 +26,8 @@ Expected<std::vector<CameraSpec>> SelectCameras(const Rig& rig, const std::strin
   const std::vector<std::string> wanted = SplitAtCommas(list);
   for (const std::string& name : wanted) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      return MakeError(kKind, "--cameras: rig '{}' has no camera '{}', it has {}; did you mean '{}'? Or all, or none.",
-                       rig.name, name, fmt::join(known, ", "), NearestName(name, known));
+      return MakeError(kKind, "--cameras: rig '{}' has no camera '{}', it has {}{}", rig.name, name,
+                       fmt::join(known, ", "), DidYouMean(name, known));
     }
     if (std::count(wanted.begin(), wanted.end(), name) > 1) {
       return MakeError(kKind, "--cameras: '{}' is given twice", name);

@@ -11,6 +11,8 @@
 #include <numeric>
 #include <optional>
 
+#include "mlvi/base/suggestion.h"
+
 namespace mlvi {
 namespace {
 
@@ -111,14 +113,26 @@ std::vector<std::string> Split(std::string_view key) {
   return parts;
 }
 
+// Whether `part` is the last names of the dotted `key`.
+bool IsEndOf(std::string_view part, std::string_view key) {
+  return key.size() > part.size() && key.ends_with(part) &&
+         key[key.size() - part.size() - 1] == '.';
+}
+
 }  // namespace
 
 std::string NearestName(std::string_view word, const std::vector<std::string>& candidates) {
-  const auto nearest = std::min_element(
-      candidates.begin(), candidates.end(), [&](const std::string& a, const std::string& b) {
-        return EditDistance(word, a) < EditDistance(word, b);
-      });
-  return nearest == candidates.end() ? "" : *nearest;
+  std::string nearest;
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = EditDistance(word, candidate);
+    const std::size_t most = (std::max(word.size(), candidate.size()) + 2) / 3;
+    if (distance <= most && distance < least) {
+      nearest = candidate;
+      least = distance;
+    }
+  }
+  return nearest;
 }
 
 void ConfigDeclaration::Add(std::string_view name, std::string_view unit, std::string_view reason,
@@ -178,8 +192,11 @@ Expected<void> ConfigDeclaration::Set(std::string_view key, std::string_view tex
   if (!field) {
     std::vector<std::string> keys;
     for (const ConfigField& f : fields_) keys.push_back(f.key);
-    return MakeError(kKind, "unknown configuration key '{}': did you mean '{}'?", key,
-                     NearestName(key, keys));
+    const auto whole =
+        std::ranges::find_if(keys, [&](const std::string& k) { return IsEndOf(key, k); });
+    if (whole != keys.end())
+      return MakeError(kKind, "unknown configuration key '{}'; did you mean '{}'?", key, *whole);
+    return MakeError(kKind, "unknown configuration key '{}'{}", key, DidYouMean(key, keys));
   }
   return std::visit(
       Overloaded{[&](bool* value) -> Expected<void> {

@@ -114,7 +114,7 @@ class ConfigDeclaration {
   std::vector<ConfigOrder> orders_;
 };
 
-// The candidate with the smallest edit distance to `word`, or "" when there is none.
+// The candidate with the smallest edit distance to `word`, or "" when that is beyond a third of the longer one's length.
 std::string NearestName(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace mlvi

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/base/config.h"
+#include "mlvi/base/suggestion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@ namespace mlvi {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 enum class Colour : int { kRed = 0, kGreen = 1, kBlue = 2 };
 
@@ -192,10 +194,22 @@ TEST_F(ConfigTest, ThePageListsEveryField) {
             2 + static_cast<std::ptrdiff_t>(declaration_.fields().size()));
 }
 
+TEST_F(ConfigTest, TheEndOfAKeyIsTakenForIt) {
+  EXPECT_THAT(SetError("voxel_size", "1"), HasSubstr("did you mean 'map.voxel_size'"));
+  EXPECT_THAT(SetError("colossal", "1"), Not(HasSubstr("did you mean")));
+}
+
 TEST(NearestName, IsTheSmallestEditDistance) {
   EXPECT_EQ(NearestName("kitten", {"mitten", "sitting", "kite"}), "mitten");
-  EXPECT_EQ(NearestName("", {"abc", "a"}), "a");
+  EXPECT_EQ(NearestName("rub", {"info", "run"}), "run");
   EXPECT_EQ(NearestName("x", {}), "");
+}
+
+TEST(NearestName, IsNoneThatIsFar) {
+  EXPECT_EQ(NearestName("/tmp", {"m2dgr", "walk_os0"}), "");
+  EXPECT_EQ(NearestName("foo", {"feedback"}), "");
+  EXPECT_EQ(DidYouMean("foo", {"feedback"}), "");
+  EXPECT_EQ(DidYouMean("simualte", {"simulate"}), "; did you mean 'simulate'?");
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ Expected<std::unique_ptr<BagWriter>> BagWriter::Create(const std::string& path, 
                      model, kOuster, kVelodyne, kHesai);
   }
   auto bag = RawBagWriter::Create(path, options.compression);
-  if (!bag) return tl::unexpected(Error{bag.error().kind, fmt::format("'{}': {}", path, bag.error().message)});
+  if (!bag) return tl::unexpected(bag.error());
   return std::unique_ptr<BagWriter>(new BagWriter(std::move(*bag), rig, options));
 }
 

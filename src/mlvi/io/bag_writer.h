@@ -31,7 +31,7 @@ struct BagWriterOptions {
 // sensor_msgs/Image; mono8 or bgr8, by their channels.
 class BagWriter {
  public:
-  // Errors: a file that cannot be written (kInput), a LiDAR model without a layout (kConfiguration).
+  // Errors: a file that cannot be written (CannotWrite), a LiDAR model without a layout (kConfiguration).
   static Expected<std::unique_ptr<BagWriter>> Create(const std::string& path, const Rig& rig,
                                                      const BagWriterOptions& options = {});
 

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "mlvi/io/whole_file.h"
 #include "mlvi/io/yaml_section.h"
 
 namespace mlvi {
@@ -42,7 +43,7 @@ Expected<void> ApplyConfigText(const std::string& yaml, const std::string& origi
 }
 
 Expected<void> ApplyConfigFile(const std::string& path, ConfigDeclaration& declaration) {
-  const auto text = ReadTextFile(path, ErrorKind::kConfiguration);
+  const auto text = ReadWholeFile(path, ErrorKind::kConfiguration);
   if (!text) return tl::unexpected(text.error());
   return ApplyConfigText(*text, path, declaration);
 }

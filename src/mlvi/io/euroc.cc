@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mlvi/io/text_table.h"
-#include "mlvi/io/yaml_section.h"
+#include "mlvi/io/whole_file.h"
 
 namespace mlvi {
 namespace {
@@ -61,7 +61,7 @@ Expected<ImuSample> ParseSample(const TableLine& line, const std::string& path) 
 
 template <typename Row, typename Parse>
 Expected<std::vector<Row>> ReadRows(const std::string& path, const Parse& parse) {
-  const auto text = ReadTextFile(path, kKind);
+  const auto text = ReadWholeFile(path, kKind);
   if (!text) return tl::unexpected(text.error());
   std::vector<Row> rows;
   for (const TableLine& line : SplitTable(*text)) {

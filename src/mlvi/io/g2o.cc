@@ -4,8 +4,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <fstream>
 #include <sstream>
+
+#include "mlvi/io/whole_file.h"
 
 namespace mlvi {
 namespace {
@@ -134,8 +135,9 @@ Expected<PoseGraph> ReadG2o(std::istream& stream, const std::string& name) {
 }
 
 Expected<PoseGraph> ReadG2o(const std::filesystem::path& path) {
-  std::ifstream stream(path);
-  if (!stream) return MakeError(ErrorKind::kInput, "{}: cannot be opened; check the path", path.string());
+  const auto text = ReadWholeFile(path.string(), ErrorKind::kInput);
+  if (!text) return tl::unexpected(text.error());
+  std::istringstream stream(*text);
   return ReadG2o(stream, path.string());
 }
 

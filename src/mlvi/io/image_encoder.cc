@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/io/image_encoder.h"
 
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+
+#include "mlvi/io/whole_file.h"
 
 namespace mlvi {
 namespace {
@@ -29,11 +32,15 @@ Expected<std::vector<std::uint8_t>> EncodeJpeg(const Image& image, int quality) 
 }
 
 Expected<void> WriteImage(const Image& image, const std::string& path) {
+  // Encoded in memory: OpenCV does not tell of a file that it could not write to its end.
+  std::vector<std::uint8_t> bytes;
+  bool encoded = false;
   try {
-    if (cv::imwrite(path, ViewOf(image))) return {};
+    encoded = cv::imencode(std::filesystem::path(path).extension().string(), ViewOf(image), bytes);
   } catch (const cv::Exception&) {
   }
-  return MakeError(ErrorKind::kInput, "cannot write the image {}; does the folder exist, is the disk full?", path);
+  MLVI_CHECK(encoded, "an image of {} x {} is not to be encoded as '{}'", image.width, image.height, path);
+  return WriteWholeFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace mlvi

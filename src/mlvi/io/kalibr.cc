@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "mlvi/io/whole_file.h"
 #include "mlvi/io/yaml_section.h"
 #include "mlvi/sensors/camera_model.h"
 
@@ -80,32 +81,28 @@ void ReadCamera(YamlSection& section, const std::string& name, std::optional<Pos
   section.Finish();
 }
 
-Expected<void> Outcome(const YamlErrors& errors) {
-  if (errors.first()) return tl::unexpected(*errors.first());
-  return {};
-}
-
 }  // namespace
 
-Expected<void> ImportKalibrCamchainText(const std::string& yaml, const std::string& origin, Rig& rig) {
+Expected<std::vector<std::string>> ImportKalibrCamchainText(const std::string& yaml, const std::string& origin, Rig& rig) {
   const auto document = ParseYaml(yaml, origin);
   if (!document) return tl::unexpected(document.error());
   YamlErrors errors(origin, kKind);
   YamlSection root(*document, "", errors);
   Rig changed = rig;
   std::optional<Pose3> T_camera_imu;
-  int count = 0;
-  for (;; ++count) {
-    const std::string name = fmt::format("cam{}", count);
+  std::vector<std::string> names;
+  while (true) {
+    const std::string name = fmt::format("cam{}", names.size());
     auto section = root.Section(name);
     if (!section) break;
     ReadCamera(*section, name, T_camera_imu, changed);
+    names.push_back(name);
   }
-  if (count == 0) root.ReportMissing("cam0");
+  if (names.empty()) root.ReportMissing("cam0");
   root.Finish();
-  auto outcome = Outcome(errors);
-  if (outcome) rig = std::move(changed);
-  return outcome;
+  if (errors.first()) return tl::unexpected(*errors.first());
+  rig = std::move(changed);
+  return names;
 }
 
 Expected<void> ImportKalibrImuText(const std::string& yaml, const std::string& origin, Rig& rig) {
@@ -122,19 +119,19 @@ Expected<void> ImportKalibrImuText(const std::string& yaml, const std::string& o
   section.Require("gyroscope_random_walk", changed.imu.noise.gyroscope_random_walk);
   section.Read("update_rate", changed.imu.rate_hz);
   section.Read("rostopic", changed.imu.topic);
-  auto outcome = Outcome(errors);
-  if (outcome) rig = std::move(changed);
-  return outcome;
+  if (errors.first()) return tl::unexpected(*errors.first());
+  rig = std::move(changed);
+  return {};
 }
 
-Expected<void> ImportKalibrCamchain(const std::string& path, Rig& rig) {
-  const auto text = ReadTextFile(path, kKind);
+Expected<std::vector<std::string>> ImportKalibrCamchain(const std::string& path, Rig& rig) {
+  const auto text = ReadWholeFile(path, kKind);
   if (!text) return tl::unexpected(text.error());
   return ImportKalibrCamchainText(*text, path, rig);
 }
 
 Expected<void> ImportKalibrImu(const std::string& path, Rig& rig) {
-  const auto text = ReadTextFile(path, kKind);
+  const auto text = ReadWholeFile(path, kKind);
   if (!text) return tl::unexpected(text.error());
   return ImportKalibrImuText(*text, path, rig);
 }

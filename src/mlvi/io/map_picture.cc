@@ -6,9 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
+
+#include "mlvi/io/image_encoder.h"
 
 namespace mlvi {
 namespace {
@@ -128,7 +129,9 @@ Expected<void> MapPicture::Save(const std::string& path, int size) const {
         CellPixels(Unpack(key) * cell_, cell_, view) & cv::Rect(0, 0, density.cols, density.rows);
     if (!pixels.empty()) density(pixels) += static_cast<double>(count);  // the outermost points lie outside
   }
-  cv::Mat picture(density.size(), CV_8UC3);
+  Image image{.width = density.cols, .height = density.rows, .channels = 3};
+  image.pixels.resize(3 * density.total());
+  cv::Mat picture(density.size(), CV_8UC3, image.pixels.data());
   for (int row = 0; row < density.rows; ++row) {
     for (int column = 0; column < density.cols; ++column) {
       const float shade = std::min(1.0F, std::log1p(density.at<float>(row, column)) / std::log(40.0F));
@@ -137,14 +140,7 @@ Expected<void> MapPicture::Save(const std::string& path, int size) const {
   }
   DrawTrajectory(trajectory_, view, picture);
   DrawScaleBar(view, picture);
-  bool written = false;
-  try {
-    written = cv::imwrite(path, picture);
-  } catch (const cv::Exception&) {
-    written = false;
-  }
-  if (!written) return MakeError(ErrorKind::kInput, "cannot write '{}': does the folder exist, does the name end in .png?", path);
-  return {};
+  return WriteImage(image, path);
 }
 
 }  // namespace mlvi

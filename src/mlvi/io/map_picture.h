@@ -22,7 +22,7 @@ class MapPicture {
 
   void Add(const Eigen::Vector3d& p_world);
   // The longer side of the picture has `size` pixels. The picture shows the trajectory and all but the outermost
-  // points. Errors (kInput): nothing to show, or the file cannot be written.
+  // points. Errors: nothing to show (kInput), the file cannot be written (CannotWrite).
   Expected<void> Save(const std::string& path, int size = 1600) const;
 
  private:

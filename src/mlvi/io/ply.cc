@@ -8,6 +8,8 @@
 #include <optional>
 #include <sstream>
 
+#include "mlvi/io/whole_file.h"
+
 namespace mlvi {
 namespace {
 
@@ -92,7 +94,7 @@ Expected<PlyWriter> PlyWriter::Create(const std::string& path, const std::string
   const std::streamoff count_position = file.tellp();
   file << std::string(kCountWidth, ' ')
        << "\nproperty float x\nproperty float y\nproperty float z\nproperty float intensity\nend_header\n";
-  if (!file) return MakeError(kKind, "cannot write '{}': does the folder exist, is the disk full?", path);
+  if (!file) return CannotWrite(path);
   return PlyWriter(path, std::move(file), count_position);
 }
 
@@ -106,7 +108,7 @@ Expected<void> PlyWriter::Close() {
   file_.seekp(count_position_);
   file_ << fmt::format("{:>{}}", count_, kCountWidth);
   file_.close();
-  if (!file_) return MakeError(kKind, "cannot write '{}': is the disk full?", path_);
+  if (!file_) return CannotWrite(path_);
   return {};
 }
 

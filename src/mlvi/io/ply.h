@@ -27,7 +27,7 @@ class PlyWriter {
 
   void Write(const PlyPoint& point);
   std::uint64_t count() const { return count_; }
-  // Errors (kInput) when anything could not be written.
+  // An error when anything could not be written (CannotWrite).
   Expected<void> Close();
 
  private:

@@ -4,6 +4,8 @@
 
 #include <rosbag/bag.h>
 
+#include "mlvi/io/whole_file.h"
+
 namespace mlvi {
 
 // What rosbag::Bag::write asks of a message type; found there by these names.
@@ -37,26 +39,40 @@ namespace mlvi {
 
 class RawBagWriter::Impl {
  public:
-  // Runs an action on the bag; what it throws becomes an Error.
+  explicit Impl(std::string path) : path_(std::move(path)), bag_(std::make_unique<rosbag::Bag>()) {}
+  ~Impl() { static_cast<void>(Close()); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  // Runs an action on the bag; what it throws becomes an Error, and the bag is given up with its file and buffers:
+  // rosbag's destructor would write again, and terminate the program where that throws (a full disk).
   template <typename Action>
   Expected<void> Try(const Action& action) {
+    auto error = CannotWrite(path_);
+    if (!bag_) return error;
     try {
-      action(bag_);
+      action(*bag_);
       return {};
     } catch (const rosbag::BagException& e) {
-      return MakeError(ErrorKind::kInput, "cannot write the bag: {}; does the folder exist, is the disk full?", e.what());
+      static_cast<void>(bag_.release());
+      error.value().message += fmt::format(" ({})", e.what());
+      return error;
     }
+  }
+  Expected<void> Close() {
+    return Try([](rosbag::Bag& bag) { bag.close(); });
   }
 
  private:
-  rosbag::Bag bag_;
+  std::string path_;
+  std::unique_ptr<rosbag::Bag> bag_;
 };
 
 RawBagWriter::RawBagWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 RawBagWriter::~RawBagWriter() = default;
 
 Expected<std::unique_ptr<RawBagWriter>> RawBagWriter::Create(const std::string& path, BagCompression compression) {
-  auto impl = std::make_unique<Impl>();
+  auto impl = std::make_unique<Impl>(path);
   const auto opened = impl->Try([&](rosbag::Bag& bag) {
     bag.open(path, rosbag::bagmode::Write);
     constexpr rosbag::CompressionType kTypes[] = {rosbag::compression::Uncompressed, rosbag::compression::BZ2,
@@ -76,7 +92,7 @@ Expected<void> RawBagWriter::Write(const std::string& topic, Time receipt, const
 }
 
 Expected<void> RawBagWriter::Close() {
-  return impl_->Try([](rosbag::Bag& bag) { bag.close(); });
+  return impl_->Close();
 }
 
 }  // namespace mlvi

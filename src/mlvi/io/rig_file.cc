@@ -5,12 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
-#include <fstream>
 
-#include "mlvi/base/config.h"
+#include "mlvi/base/suggestion.h"
 #include "mlvi/io/builtin_rigs.h"
 #include "mlvi/io/camera_yaml.h"
 #include "mlvi/io/image_decoder.h"
+#include "mlvi/io/whole_file.h"
 #include "mlvi/io/yaml_section.h"
 
 namespace mlvi {
@@ -116,7 +116,7 @@ const internal::BuiltinRig* FindBuiltin(const std::string& name) {
 }
 
 Expected<std::shared_ptr<const Image>> LoadMask(const std::string& path) {
-  const auto bytes = ReadTextFile(path, ErrorKind::kConfiguration);
+  const auto bytes = ReadWholeFile(path, ErrorKind::kConfiguration);
   if (!bytes) return tl::unexpected(bytes.error());
   auto mask = DecodeCompressedImage(
       {.encoding = "mask", .data = ByteSpan(reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size())});
@@ -127,7 +127,7 @@ Expected<std::shared_ptr<const Image>> LoadMask(const std::string& path) {
 }
 
 Expected<Rig> LoadRigFile(const std::string& path) {
-  const auto text = ReadTextFile(path, ErrorKind::kConfiguration);
+  const auto text = ReadWholeFile(path, ErrorKind::kConfiguration);
   if (!text) return tl::unexpected(text.error());
   auto rig = ParseRig(*text, path);
   if (!rig) return rig;
@@ -160,14 +160,15 @@ Expected<Rig> ParseRig(const std::string& yaml, const std::string& origin) {
 
 Expected<Rig> LoadRig(const std::string& name_or_path) {
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(name_or_path, ignored)) return LoadRigFile(name_or_path);
+  const bool is_folder = std::filesystem::is_directory(name_or_path, ignored);
+  if (!is_folder && std::filesystem::exists(name_or_path, ignored)) return LoadRigFile(name_or_path);
   if (const internal::BuiltinRig* rig = FindBuiltin(name_or_path)) {
     return ParseRig(std::string(rig->yaml), fmt::format("built-in rig {}", rig->name));
   }
+  if (is_folder) return LoadRigFile(name_or_path);  // which says so
   return MakeError(ErrorKind::kConfiguration,
-                   "rig '{}': no such file, and no built-in rig of that name (there are {}; did you mean '{}'?)",
-                   name_or_path, fmt::join(BuiltinRigNames(), ", "),
-                   NearestName(name_or_path, BuiltinRigNames()));
+                   "rig '{}': no such file, and no built-in rig of that name (there are {}){}", name_or_path,
+                   fmt::join(BuiltinRigNames(), ", "), DidYouMean(name_or_path, BuiltinRigNames()));
 }
 
 std::vector<std::string> BuiltinRigNames() {
@@ -190,11 +191,14 @@ std::string RigToYaml(const Rig& rig) {
 }
 
 Expected<void> SaveRig(const Rig& rig, const std::string& path) {
-  std::ofstream file(path, std::ios::binary);
-  file << RigToYaml(rig);
-  file.close();
-  if (!file) return MakeError(ErrorKind::kInput, "cannot write '{}': does the folder exist, is the disk full?", path);
-  return {};
+  namespace fs = std::filesystem;
+  Rig saved = rig;
+  for (CameraSpec& camera : saved.cameras) {
+    if (!camera.mask) continue;
+    // Read from there by this process; a rig file names it from its own folder.
+    camera.mask_file = fs::proximate(fs::absolute(camera.mask_file), fs::absolute(path).parent_path()).string();
+  }
+  return WriteWholeFile(path, RigToYaml(saved));
 }
 
 }  // namespace mlvi

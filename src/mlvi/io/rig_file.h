@@ -36,6 +36,7 @@ std::vector<std::string> BuiltinRigNames();
 
 // The rig as a document that ParseRig reads back to the same values.
 std::string RigToYaml(const Rig& rig);
+// Writes that document. Masks that were read (LoadRig) are named relative to the new file.
 Expected<void> SaveRig(const Rig& rig, const std::string& path);
 
 }  // namespace mlvi

@@ -119,7 +119,7 @@ TEST(RigFile, ReadsAllFields) {
 TEST(RigFile, ErrorsNameFileLineAndField) {
   EXPECT_THAT(ErrorOf(With("rate_hz: 200", "rate_hertz: 200")), HasSubstr("missing field 'imu.rate_hz'"));
   EXPECT_THAT(ErrorOf(With("name: small", "name: small\ngravty: 9.8")),
-              HasSubstr("small.yaml:3: unknown key 'gravty': did you mean 'gravity'?"));
+              HasSubstr("small.yaml:3: unknown key 'gravty'; did you mean 'gravity'?"));
   EXPECT_THAT(ErrorOf(With("R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "R: [0, -1, 0, 1, 0, 0, 0, 0, -1]")),
               HasSubstr("lidar.T_body_lidar.R: determinant -1.0000"));
   EXPECT_THAT(ErrorOf(With("R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "R: [0, -1, 0, 1, 0, 0, 0, 0]")),
@@ -131,7 +131,7 @@ TEST(RigFile, ErrorsNameFileLineAndField) {
   EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: -10")), HasSubstr("lidar.rate_hz = -10: must be in"));
   EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: 10\n  point_timing: sometimes")),
               HasSubstr("expected one of auto, instantaneous"));
-  EXPECT_THAT(ErrorOf(With("model: mei", "model: may")), HasSubstr("did you mean 'mei'"));
+  EXPECT_THAT(ErrorOf(With("model: mei", "model: mai")), HasSubstr("did you mean 'mei'"));
   EXPECT_THAT(ErrorOf(With("size: [720, 540]", "size: [720]")), HasSubstr("cameras[0].size"));
   EXPECT_THAT(ErrorOf(With("name: small", "name: small\nname: large")), HasSubstr("given twice"));
   EXPECT_THAT(ErrorOf("[1, 2"), HasSubstr("not valid YAML"));
@@ -187,6 +187,18 @@ TEST_F(RigMasks, AreReadFromBesideTheRigFile) {
   ASSERT_TRUE(rig->cameras[0].mask);
   EXPECT_EQ(rig->cameras[0].mask->pixels[0], 0);
   EXPECT_EQ(rig->cameras[0].mask->pixels[1], 255);
+}
+
+TEST_F(RigMasks, AreFoundFromACopyOfTheRigElsewhere) {
+  const CameraModel& lens = *rig_.cameras[0].model;
+  const auto rig = Load(lens.width(), lens.height());
+  ASSERT_TRUE(rig) << rig.error().message;
+  std::filesystem::create_directories(folder_ + "/results/today");
+  ASSERT_TRUE(SaveRig(*rig, folder_ + "/results/today/rig.yaml"));
+  const auto copy = LoadRig(folder_ + "/results/today/rig.yaml");
+  ASSERT_TRUE(copy) << copy.error().message;
+  ASSERT_TRUE(copy->cameras[0].mask);
+  EXPECT_EQ(copy->cameras[0].mask->pixels, rig->cameras[0].mask->pixels);
 }
 
 TEST_F(RigMasks, OfTheWrongSizeOrUnreadableAreErrorsThatSaySo) {

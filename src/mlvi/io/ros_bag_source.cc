@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mlvi/base/config.h"
+#include "mlvi/base/suggestion.h"
 #include "mlvi/io/livox.h"
 #include "mlvi/io/ros_messages.h"
 #include "mlvi/sensors/camera_model.h"
@@ -27,13 +28,13 @@ std::string TopicList(const TopicTypes& types) {
   return list.empty() ? " none" : list;
 }
 
+// Of the topics with messages of that sensor: the only one, or the one with the nearest name; else "".
 std::string NearestTopic(const std::string& topic, const TopicTypes& types, auto&& fits) {
-  std::vector<std::string> fitting, all;
+  std::vector<std::string> fitting;
   for (const auto& [name, type] : types) {
-    all.push_back(name);
     if (fits(type)) fitting.push_back(name);
   }
-  return NearestName(topic, fitting.empty() ? all : fitting);
+  return fitting.size() == 1 ? fitting.front() : NearestName(topic, fitting);
 }
 
 // The IMU samples of the first second of the recording, as they stand in the bag.
@@ -83,8 +84,8 @@ Expected<void> RosBagSource::SelectStreams() {
   for (const std::string& name : options_.cameras) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
-      return MakeError(ErrorKind::kConfiguration, "rig '{}' has no camera '{}': did you mean '{}'?", rig_.name,
-                       name, NearestName(name, names));
+      return MakeError(ErrorKind::kConfiguration, "rig '{}' has no camera '{}'{}", rig_.name, name,
+                       DidYouMean(name, names));
     }
     const auto index = static_cast<std::size_t>(found - names.begin());
     select(Sensor::kCamera, rig_.cameras[index].topic, fmt::format("cameras[{}].topic", index),
@@ -132,12 +133,13 @@ Expected<void> RosBagSource::CheckTopics(const TopicTypes& types, bool complete)
     if (found == types.end() && !complete) continue;  // a bag without index may still show it
     if (found != types.end() && fits(found->second)) continue;
     const std::string nearest = NearestTopic(topic, types, fits);
-    return MakeError(kKind, "{} topic '{}' of rig '{}' {}. Did you mean '{}'? Then change {} in the rig file. Topics there:{}",
+    return MakeError(kKind, "{} topic '{}' of rig '{}' {}{} Check {} in the rig file. Topics there:{}",
                      stream.sensor == Sensor::kImu ? "IMU" : stream.sensor == Sensor::kLidar ? "LiDAR" : "camera",
                      topic, rig_.name,
                      found == types.end() ? fmt::format("is not in '{}'", paths_.front())
                                           : fmt::format("has type {}, which is no message of that sensor", found->second),
-                     nearest, stream.rig_field, TopicList(types));
+                     nearest.empty() ? "." : fmt::format("; did you mean '{}'?", nearest), stream.rig_field,
+                     TopicList(types));
   }
   return {};
 }

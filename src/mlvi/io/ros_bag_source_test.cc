@@ -232,12 +232,12 @@ TEST(RosBagSource, MissingTopicNamesThoseThereAndTheField) {
   rig.lidar->topic = "/os_cloud_node/points";
   const std::string message = OpenError({path}, rig).message;
   EXPECT_THAT(message, HasSubstr("LiDAR topic '/os_cloud_node/points'"));
-  EXPECT_THAT(message, HasSubstr("Did you mean '/points'? Then change lidar.topic"));
+  EXPECT_THAT(message, HasSubstr("; did you mean '/points'? Check lidar.topic"));
   EXPECT_THAT(message, HasSubstr("/imu (sensor_msgs/Imu)"));
   EXPECT_THAT(message, HasSubstr("/points (sensor_msgs/PointCloud2)"));
   rig.lidar->topic = "/points";
   rig.imu.topic = "/points2";
-  EXPECT_THAT(OpenError({path}, rig).message, HasSubstr("Did you mean '/imu'? Then change imu.topic"));
+  EXPECT_THAT(OpenError({path}, rig).message, HasSubstr("; did you mean '/imu'? Check imu.topic"));
   rig.imu.topic = "/points";
   rig.lidar->topic = "/imu";
   EXPECT_THAT(OpenError({path}, rig).message, HasSubstr("is no message of that sensor"));

@@ -5,18 +5,69 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "mlvi/io/bag_fixtures.h"
 #include "mlvi/io/config_file.h"
 #include "mlvi/io/euroc.h"
 #include "mlvi/io/kalibr.h"
+#include "mlvi/io/kalibr_fixtures.h"
+#include "mlvi/io/ply.h"
+#include "mlvi/io/raw_bag_writer.h"
 #include "mlvi/io/rig_file.h"
 #include "mlvi/io/tum.h"
+#include "mlvi/io/whole_file.h"
 #include "mlvi/sensors/camera_model.h"
 
 namespace mlvi {
 namespace {
 
+using test::kCamchain;
 using ::testing::HasSubstr;
+
+TEST(WholeFile, ComesBackByteByByte) {
+  std::string bytes;
+  for (int i = 0; i < 200'000; ++i) bytes += static_cast<char>(i * 7 % 256);
+  const std::string path = test::TemporaryPath("bytes");
+  ASSERT_TRUE(WriteWholeFile(path, bytes));
+  EXPECT_TRUE(ReadWholeFile(path, ErrorKind::kInput).value() == bytes);
+  ASSERT_TRUE(WriteWholeFile(path, ""));
+  EXPECT_EQ(ReadWholeFile(path, ErrorKind::kInput).value(), "");
+}
+
+TEST(WholeFile, WhatCannotBeReadIsAnErrorOfTheKindAskedFor) {
+  for (const ErrorKind kind : {ErrorKind::kInput, ErrorKind::kConfiguration}) {
+    EXPECT_EQ(ReadWholeFile("/nowhere/at/all", kind).error().kind, kind);
+    EXPECT_EQ(ReadWholeFile(::testing::TempDir(), kind).error().kind, kind);
+  }
+}
+
+// Every writer, onto a place that takes nothing and into a folder that is not there.
+TEST(WholeFile, WritersReportOneKindOfError) {
+  const Rig rig = test::MakeRig("OS0-128", 128);
+  const auto expect = [](const Expected<void>& written, const char* what) {
+    ASSERT_FALSE(written) << what;
+    EXPECT_EQ(written.error().kind, ErrorKind::kConfiguration) << what;
+    EXPECT_THAT(written.error().message, HasSubstr("cannot write '/")) << what;
+  };
+  for (const std::string path : {"/dev/full", "/nowhere/at/all.png"}) {
+    if (path == "/dev/full" && !std::filesystem::exists(path)) continue;
+    expect(WriteWholeFile(path, "text"), "bytes");
+    expect(WriteTum({{.stamp = test::kStart, .pose = Pose3()}}, path), "trajectory");
+    expect(SaveRig(rig, path), "rig");
+    expect(WritePly(std::vector<PlyPoint>(10), path), "cloud");
+    // The file is first written to when it is closed, or when it is left without that.
+    for (const bool close : {true, false}) {
+      auto bag = RawBagWriter::Create(path, BagCompression::kNone);
+      if (!bag) {
+        expect(tl::unexpected(bag.error()), "bag");
+        continue;
+      }
+      const Expected<void> sent = (*bag)->Write("/imu", test::kStart, ImuMessage({.stamp = test::kStart}));
+      if (sent && close) expect((*bag)->Close(), "bag");
+    }
+  }
+}
 
 TEST(Tum, RoundTripIsExactInTime) {
   Trajectory sent;
@@ -80,43 +131,16 @@ TEST(Euroc, ReadsTheRecording) {
   EXPECT_LT((force - Eigen::Vector3d(0, 0, 9.81)).norm(), 0.5);
 }
 
-constexpr char kCamchain[] = R"(
-cam0:
-  T_cam_imu:
-  - [0, -1, 0, 0.05]
-  - [0, 0, -1, -0.02]
-  - [1, 0, 0, -0.07]
-  - [0, 0, 0, 1]
-  cam_overlaps: [1]
-  camera_model: pinhole
-  distortion_coeffs: [-0.04, -0.01, 0.005, -0.001]
-  distortion_model: equidistant
-  intrinsics: [350, 351, 360, 270]
-  resolution: [720, 540]
-  rostopic: /cam0/image_raw
-  timeshift_cam_imu: 0.0018
-cam1:
-  T_cn_cnm1:
-  - [1, 0, 0, -0.11]
-  - [0, 1, 0, 0]
-  - [0, 0, 1, 0]
-  - [0, 0, 0, 1]
-  camera_model: omni
-  distortion_coeffs: [-0.04, 0.15, 0.0002, -0.0012]
-  distortion_model: radtan
-  intrinsics: [1.99, 670, 669, 378, 280]
-  resolution: [720, 540]
-  rostopic: /cam1/image_raw
-)";
-
 TEST(Kalibr, CamchainBecomesCameras) {
   Rig rig = test::MakeRig("OS0-128", 128);
-  ASSERT_TRUE(ImportKalibrCamchainText(kCamchain, "camchain.yaml", rig));
+  const auto names = ImportKalibrCamchainText(kCamchain, "camchain.yaml", rig);
+  ASSERT_TRUE(names) << names.error().message;
+  EXPECT_EQ(*names, (std::vector<std::string>{"cam0", "cam1"}));
   ASSERT_EQ(rig.cameras.size(), 2u);
   EXPECT_TRUE(rig.Validate()) << rig.Validate().error().message;
   EXPECT_EQ(rig.cameras[0].model->name(), "equidistant");
   EXPECT_EQ(rig.cameras[1].model->name(), "mei");
-  EXPECT_EQ(rig.cameras[0].time_offset.nanoseconds(), 1'800'000);
+  EXPECT_EQ(rig.cameras[0].time_offset.nanoseconds(), -1'800'000);
   // The optical axis is the IMU's x axis, and T_cam_imu maps the camera's centre to zero.
   const Pose3& T_body_cam0 = rig.cameras[0].T_body_camera;
   EXPECT_LT((T_body_cam0.rotation() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
@@ -143,9 +167,7 @@ TEST(Kalibr, ErrorsLeaveTheRigAlone) {
 
 TEST(Kalibr, ImuNoise) {
   Rig rig = test::MakeRig("OS0-128", 128);
-  const std::string imu = "accelerometer_noise_density: 0.019\naccelerometer_random_walk: 0.0043\n"
-                          "gyroscope_noise_density: 0.002\ngyroscope_random_walk: 0.000266\nrostopic: /imu0\nupdate_rate: 400.0\n";
-  ASSERT_TRUE(ImportKalibrImuText(imu, "imu.yaml", rig));
+  ASSERT_TRUE(ImportKalibrImuText(test::kKalibrImu, "imu.yaml", rig));
   EXPECT_EQ(rig.imu.noise.accelerometer_density, 0.019);
   EXPECT_EQ(rig.imu.noise.accelerometer_random_walk, 0.0043);
   EXPECT_EQ(rig.imu.noise.gyroscope_density, 0.002);
@@ -188,13 +210,14 @@ TEST(ConfigFile, Errors) {
   TestConfig config;
   ConfigDeclaration declaration = ConfigDeclaration::Of(config);
   const auto error = [&](const char* text) { return ApplyConfigText(text, "c.yaml", declaration).error().message; };
-  EXPECT_THAT(error("size: 1\ninner:\n  cuont: 2\n"), HasSubstr("c.yaml:3: unknown configuration key 'inner.cuont': did you mean 'inner.count'"));
+  EXPECT_THAT(error("size: 1\ninner:\n  cuont: 2\n"), HasSubstr("c.yaml:3: unknown configuration key 'inner.cuont'; did you mean 'inner.count'?"));
   EXPECT_THAT(error("size: 9"), HasSubstr("must be finite and in [0, 5]"));
   EXPECT_THAT(error("inner: {count: 1}\ninner.count: 2"), HasSubstr("given twice"));
   EXPECT_THAT(error("size: [1]"), HasSubstr("expected a value"));
   EXPECT_THAT(error("just text"), HasSubstr("expected a map"));
   EXPECT_TRUE(ApplyConfigText("# nothing\n", "c.yaml", declaration));
   EXPECT_THAT(ApplyConfigFile("/nowhere.yaml", declaration).error().message, HasSubstr("does the file exist"));
+  EXPECT_THAT(ApplyConfigFile(::testing::TempDir(), declaration).error().message, HasSubstr("it is a folder"));
 }
 
 }  // namespace

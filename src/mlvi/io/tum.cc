@@ -3,10 +3,9 @@
 #include "mlvi/io/tum.h"
 
 #include <cmath>
-#include <fstream>
 
 #include "mlvi/io/text_table.h"
-#include "mlvi/io/yaml_section.h"
+#include "mlvi/io/whole_file.h"
 
 namespace mlvi {
 namespace {
@@ -51,7 +50,7 @@ Expected<Trajectory> ParseTum(const std::string& text, const std::string& origin
 }
 
 Expected<Trajectory> ReadTum(const std::string& path) {
-  const auto text = ReadTextFile(path, kKind);
+  const auto text = ReadWholeFile(path, kKind);
   if (!text) return tl::unexpected(text.error());
   return ParseTum(*text, path);
 }
@@ -65,12 +64,9 @@ std::string TumLine(const StampedPose& pose) {
 }
 
 Expected<void> WriteTum(const Trajectory& trajectory, const std::string& path, const std::string& comment) {
-  std::ofstream file(path, std::ios::binary);
-  if (!comment.empty()) file << "# " << comment << '\n';
-  for (const StampedPose& pose : trajectory) file << TumLine(pose);
-  file.close();
-  if (!file) return MakeError(kKind, "cannot write '{}': does the folder exist, is the disk full?", path);
-  return {};
+  std::string text = comment.empty() ? "" : "# " + comment + '\n';
+  for (const StampedPose& pose : trajectory) text += TumLine(pose);
+  return WriteWholeFile(path, text);
 }
 
 }  // namespace mlvi

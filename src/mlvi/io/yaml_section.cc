@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "mlvi/base/config.h"
 #include "mlvi/base/time.h"
@@ -57,16 +55,6 @@ Expected<YAML::Node> ParseYaml(const std::string& text, const std::string& origi
     return MakeError(ErrorKind::kConfiguration, "{}:{}:{}: not valid YAML: {}", origin,
                      e.mark.line + 1, e.mark.column + 1, e.msg);
   }
-}
-
-Expected<std::string> ReadTextFile(const std::string& path, ErrorKind kind) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return MakeError(kind, "cannot open '{}': does the file exist?", path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  // An empty file sets failbit on `text`, which is no error; a directory sets badbit on `file`.
-  if (file.bad()) return MakeError(kind, "cannot read '{}': is it a folder?", path);
-  return text.str();
 }
 
 void YamlErrors::Report(const YAML::Node& at, const std::string& message) {
@@ -243,8 +231,10 @@ void YamlSection::Finish() {
   for (const auto& entry : node_) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-      errors_.Report(entry.first, fmt::format("unknown key '{}': did you mean '{}'?", PathOf(key),
-                                              PathOf(NearestName(key, known_))));
+      const std::string nearest = NearestName(key, known_);
+      errors_.Report(entry.first, fmt::format("unknown key '{}'{}", PathOf(key),
+                                              nearest.empty() ? fmt::format("; known are {}", fmt::join(known_, ", "))
+                                                              : fmt::format("; did you mean '{}'?", PathOf(nearest))));
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
       errors_.Report(entry.first, fmt::format("key '{}' is given twice", PathOf(key)));

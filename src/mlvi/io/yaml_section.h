@@ -22,8 +22,6 @@ namespace mlvi {
 
 // Parses the document; a syntax error becomes an Error with line and column. `origin` names it in messages.
 Expected<YAML::Node> ParseYaml(const std::string& text, const std::string& origin);
-// Reads a whole text file; a missing or unreadable file is an Error of kind `kind`.
-Expected<std::string> ReadTextFile(const std::string& path, ErrorKind kind);
 
 // Where the errors of one document go.
 class YamlErrors {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "mlvi/base/config.h"
+#include "mlvi/base/suggestion.h"
 #include "mlvi/sensors/camera_double_sphere.h"
 #include "mlvi/sensors/camera_kannala_brandt.h"
 #include "mlvi/sensors/camera_mei.h"
@@ -161,8 +161,8 @@ Expected<std::shared_ptr<const CameraModel>> MakeCameraModel(
     }
     return model.make(width, height, parameters);
   }
-  return MakeError(kKind, "unknown camera model '{}': did you mean '{}'? Known are {}", name,
-                   NearestName(name, CameraModelNames()), fmt::join(CameraModelNames(), ", "));
+  return MakeError(kKind, "unknown camera model '{}', known are {}{}", name,
+                   fmt::join(CameraModelNames(), ", "), DidYouMean(name, CameraModelNames()));
 }
 
 std::vector<std::string> CameraModelNames() {

@@ -268,7 +268,7 @@ TEST(CameraModel, ErrorsNameWhatIsWrong) {
   const auto message = [](auto&&... args) { return MakeCameraModel(args...).error().message; };
   const std::vector<double> k = {400, 400, 320, 240}, d = {0, 0, 0, 0};
   EXPECT_THAT(message("equidistent", 640, 480, k, d),
-              ::testing::HasSubstr("did you mean 'equidistant'"));
+              ::testing::HasSubstr("did you mean 'equidistant'?"));
   EXPECT_THAT(message("equidistant", 640, 480, std::vector<double>{400, 320, 240}, d),
               ::testing::HasSubstr("3 intrinsics given, expected 4 (fx, fy, cx, cy)"));
   EXPECT_THAT(message("mei", 640, 480, k, d), ::testing::HasSubstr("xi"));

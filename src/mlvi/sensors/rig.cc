@@ -20,7 +20,7 @@ class Checks {
  public:
   void Range(const std::string& field, double value, double min, double max, const char* unit) {
     if (std::isfinite(value) && value >= min && value <= max) return;
-    Fail(fmt::format("{} = {}: must be in [{}, {}] {}", field, value, min, max, unit));
+    Fail(fmt::format("{} = {}: must be in [{}, {}]{}{}", field, value, min, max, *unit ? " " : "", unit));
   }
   void NotEmpty(const std::string& field, const std::string& value) {
     if (value.empty()) Fail(fmt::format("{}: must not be empty", field));
