@@ -10,17 +10,18 @@
 #include "evaluation_report.h"
 #include "exit_code.h"
 #include "mlvi/eval/evaluation.h"
+#include "option_values.h"
 #include "pose_file.h"
 
 namespace {
 
 using mlvi::Expected;
 
+// Of any time or length: what int64 nanoseconds still hold.
+constexpr double kLargest = 9e9;
+
 struct Arguments {
   std::string estimate_file, truth_file;
-  std::string alignment = "se3";
-  std::string association = "interpolate";
-  std::string delta_unit = "m";
   double time_offset = 0.0;
   std::vector<double> truth_frame;
   bool json = false;
@@ -40,17 +41,9 @@ Expected<mlvi::Pose3> ParseFrame(const std::vector<double>& v) {
 
 Expected<mlvi::EvaluationOptions> ToOptions(const Arguments& a) {
   mlvi::EvaluationOptions options = a.options;
-  const std::vector<std::string> names = AlignmentNames();
-  options.alignment = static_cast<mlvi::AlignmentKind>(
-      std::find(names.begin(), names.end(), a.alignment) - names.begin());
-  options.association.kind = a.association == "nearest" ? mlvi::AssociationKind::kNearest
-                                                        : mlvi::AssociationKind::kInterpolate;
   options.association.estimate_offset = mlvi::Duration::FromSeconds(a.time_offset);
-  if (a.delta_unit == "frames") options.relative.unit = mlvi::DeltaUnit::kFrames;
-  if (a.delta_unit == "s") options.relative.unit = mlvi::DeltaUnit::kSeconds;
-  if (a.delta_unit == "deg") {
-    options.relative.unit = mlvi::DeltaUnit::kRadians;
-    options.relative.delta *= std::numbers::pi / 180.0;
+  if (options.relative.unit == mlvi::DeltaUnit::kRadians) {
+    options.relative.delta *= std::numbers::pi / 180.0;  // typed in degrees
   }
   const auto frame = ParseFrame(a.truth_frame);
   if (!frame) return tl::unexpected(frame.error());
@@ -90,44 +83,50 @@ Expected<int> Run(const Arguments& a) {
 
 void AddAssociationOptions(CLI::App& command, Arguments& a) {
   auto& o = a.options.association;
-  command
-      .add_option("--association", a.association, "How poses are matched in time (nearest: as evo)")
-      ->check(CLI::IsMember({"interpolate", "nearest"}))
-      ->capture_default_str();
+  AddChoice<mlvi::AssociationKind>(command, "--association", o.kind,
+                                   {{"interpolate", mlvi::AssociationKind::kInterpolate},
+                                    {"nearest", mlvi::AssociationKind::kNearest}},
+                                   "How poses are matched in time (nearest: as evo)");
   command
       .add_option("--max-difference", o.max_difference, "Largest difference in time of a pair [s]")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NumberIn(0.0, kLargest))
       ->capture_default_str();
   command.add_option("--max-gap", o.max_gap, "Longest gap that is interpolated [s]")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NumberIn(0.0, kLargest))
       ->capture_default_str();
   command.add_option("--time-offset", a.time_offset, "Added to the stamps of the estimate [s]")
-      ->check(CLI::Range(-9e9, 9e9))
+      ->check(NumberIn(-kLargest, kLargest))
       ->capture_default_str();
   command
       .add_option(
           "--truth-frame", a.truth_frame,
           "Frame that the truth describes, placed in the estimate's body frame: x y z qx qy qz qw")
-      ->expected(7);
+      ->expected(7)
+      ->check(NumberIn(-kLargest, kLargest));
 }
 
 void AddErrorOptions(CLI::App& command, Arguments& a) {
   auto& r = a.options.relative;
-  command.add_option("--align", a.alignment, "Alignment of the estimate to the truth")
-      ->check(CLI::IsMember(AlignmentNames()))
-      ->capture_default_str();
+  std::vector<std::pair<std::string, mlvi::AlignmentKind>> alignments;
+  for (const std::string& name : AlignmentNames())
+    alignments.emplace_back(name, static_cast<mlvi::AlignmentKind>(alignments.size()));
+  AddChoice(command, "--align", a.options.alignment, alignments,
+            "Alignment of the estimate to the truth");
   command.add_option("--rpe-delta", r.delta, "Length of the pairs of the relative error")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberAbove(0.0, kLargest))
       ->capture_default_str();
-  command.add_option("--rpe-unit", a.delta_unit, "Its unit")
-      ->check(CLI::IsMember({"m", "frames", "deg", "s"}))
-      ->capture_default_str();
+  AddChoice<mlvi::DeltaUnit>(command, "--rpe-unit", r.unit,
+                             {{"m", mlvi::DeltaUnit::kMetres},
+                              {"frames", mlvi::DeltaUnit::kFrames},
+                              {"deg", mlvi::DeltaUnit::kRadians},
+                              {"s", mlvi::DeltaUnit::kSeconds}},
+                             "Its unit");
   command.add_flag("--rpe-all-pairs", r.all_pairs,
                    "A pair from every pose on, instead of consecutive ones");
   command
       .add_option("--rpe-tolerance", r.tolerance,
                   "Accepted deviation of a pair's length with all pairs, share of it")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NumberIn(0.0, 1.0))
       ->capture_default_str();
   command.add_flag("--rpe-from-truth", r.pairs_from_truth,
                    "Measure the pairs along the truth instead of the estimate");
@@ -136,12 +135,12 @@ void AddErrorOptions(CLI::App& command, Arguments& a) {
   command
       .add_option("--segments", a.options.drift_lengths,
                   "Segment lengths of the drift [m]; default: 10 to 50 % of the path")
-      ->check(CLI::PositiveNumber)
+      ->check(NumberAbove(0.0, kLargest))
       ->delimiter(',');
   command
       .add_option("--coverage-gap", a.options.coverage_gap,
                   "Longer intervals between estimates are gaps [s]")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NumberIn(0.0, kLargest))
       ->capture_default_str();
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <ctime>
 #include <memory>
 #include <string>
@@ -23,12 +24,18 @@ std::string DateText(Time time) {
   return fmt::format("{} ({:%Y-%m-%d %H:%M:%S} UTC)", ToString(time), fmt::gmtime(seconds));
 }
 
+// With its sign, in whole milliseconds: none is "-0.000 s".
+std::string Offset(Time time, Time begin) {
+  const auto milliseconds = static_cast<double>(std::llround(1e3 * (time - begin).seconds()));
+  return fmt::format("{:+.3f} s", milliseconds * 1e-3);
+}
+
 void PrintStamps(const TopicInfo& topic, Time begin) {
   fmt::print("    {} messages", topic.messages);
   if (topic.messages > 1) {
-    fmt::print(", {:.2f} Hz, from {:+.3f} s to {:+.3f} s, largest gap {:.4f} s at {:+.3f} s", topic.Rate(),
-               (topic.first - begin).seconds(), (topic.last - begin).seconds(), topic.largest_gap.seconds(),
-               topic.gap_begin.valid() ? (topic.gap_begin - begin).seconds() : 0.0);
+    fmt::print(", {:.2f} Hz, from {} to {}, largest gap {:.4f} s at {}", topic.Rate(), Offset(topic.first, begin),
+               Offset(topic.last, begin), topic.largest_gap.seconds(),
+               Offset(topic.gap_begin.valid() ? topic.gap_begin : begin, begin));
   }
   fmt::print(" ({})\n", topic.header_stamps ? "header stamps" : "receipt times");
   if (topic.backwards > 0) fmt::print("    {} messages go back in time\n", topic.backwards);

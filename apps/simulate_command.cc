@@ -5,10 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -25,8 +22,10 @@
 #include "mlvi/io/euroc.h"
 #include "mlvi/io/rig_file.h"
 #include "mlvi/io/tum.h"
+#include "mlvi/io/whole_file.h"
 #include "mlvi/sim/recording.h"
 #include "mlvi/sim/scene_import.h"
+#include "option_values.h"
 #include "sensor_selection.h"
 
 namespace {
@@ -56,13 +55,6 @@ struct SimulateOptions {
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
   int threads = 0;
 };
-
-const std::map<std::string, BagCompression> kCompressions = {
-    {"none", BagCompression::kNone}, {"bz2", BagCompression::kBz2}, {"lz4", BagCompression::kLz4}};
-const std::map<std::string, VelodyneStamp> kVelodyneStamps = {
-    {"first", VelodyneStamp::kFirstPacket}, {"last", VelodyneStamp::kLastPacket}};
-
-const std::map<std::string, UpAxis> kUpAxes = {{"y", UpAxis::kY}, {"z", UpAxis::kZ}};
 
 // Poses of the body, and the biases of the IMU where the file knows them (EuRoC).
 struct RecordedMotion {
@@ -120,18 +112,18 @@ Expected<void> LoadMotion(const SimulateOptions& options, SequenceOptions& seque
 }
 
 Expected<void> LoadScene(const SimulateOptions& options, SequenceOptions& sequence) {
+  std::vector<Eigen::Vector3d> waypoints;
+  for (const std::string& text : options.waypoints) {
+    const auto p = ParseNumbers("--waypoint", text, 3, 3, "X,Y,Z in metres");
+    if (!p) return tl::unexpected(p.error());
+    waypoints.emplace_back((*p)[0], (*p)[1], (*p)[2]);
+  }
   auto mesh = ImportScene(options.scene, options.scene_import);
   if (!mesh) return tl::unexpected(mesh.error());
-  auto world = std::make_shared<OwnWorld>(
-      OwnWorld{.mesh = std::move(*mesh), .lighting = {.ambient_illuminance = 200.0}});
-  for (const std::string& text : options.waypoints) {
-    Eigen::Vector3d p = Eigen::Vector3d::Zero();
-    if (std::sscanf(text.c_str(), "%lf,%lf,%lf", &p.x(), &p.y(), &p.z()) != 3) {
-      return MakeError(ErrorKind::kConfiguration, "--waypoint {}: expected X,Y,Z in metres", text);
-    }
-    world->waypoints.push_back(p);
-  }
-  sequence.own_world = std::move(world);
+  sequence.own_world =
+      std::make_shared<OwnWorld>(OwnWorld{.mesh = std::move(*mesh),
+                                          .lighting = {.ambient_illuminance = 200.0},
+                                          .waypoints = std::move(waypoints)});
   return {};
 }
 
@@ -164,6 +156,11 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   sequence.rig = std::move(*rig);
   sequence.rest = options.rest;
   sequence.cameras = CameraNames(options.cameras, sequence.rig.true_rig);
+  if (options.contact_sheet && sequence.cameras.empty()) {
+    return MakeError(ErrorKind::kConfiguration,
+                     "--contact-sheet shows what cameras see: it needs a rig with cameras, and "
+                     "--cameras other than none");
+  }
   sequence.image_rate = options.image_rate;
   sequence.ideal_lidar = sequence.ideal_lidar || options.ideal_lidar;
   sequence.faults = std::move(*faults);
@@ -172,10 +169,6 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   }
   if (!options.scene.empty()) {
     if (const auto ok = LoadScene(options, sequence); !ok) return tl::unexpected(ok.error());
-  }
-  if (!options.imu.empty() && options.trajectory.empty()) {
-    return MakeError(ErrorKind::kConfiguration,
-                     "--imu without --trajectory: samples belong to a motion");
   }
   if (const auto ok = CheckOptions(sequence); !ok) return tl::unexpected(ok.error());
   return sequence;
@@ -271,6 +264,7 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"seconds", sequence.seconds},
           {"rest_s", sequence.rest},
           {"begin", ToString(sequence.begin)},
+          {"end", ToString(interrupted ? recording.reached() : recording.end())},
           {"trajectory", options.trajectory},
           {"recorded_imu", options.imu},
           {"scene", options.scene},
@@ -287,23 +281,19 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"motion", MotionJson(recording)}};
 }
 
-Expected<void> WriteTruth(const Recording& recording, const std::string& path) {
+// Up to where the bag goes: all of it, unless it was interrupted.
+Expected<void> WriteTruth(const Recording& recording, bool interrupted, const std::string& path) {
+  constexpr Duration kStep = Duration::FromMilliseconds(10);
+  const Time end =
+      interrupted ? std::min(recording.reached() + kStep, recording.end()) : recording.end();
   std::vector<StampedPose> poses;
-  for (Time t = recording.begin(); t <= recording.end(); t = t + Duration::FromMilliseconds(10)) {
+  for (Time t = recording.begin(); t <= end; t = t + kStep) {
     poses.push_back({.stamp = t, .pose = recording.motion().PoseAt(t)});
   }
   return WriteTum(
       poses, path,
       "T_world_body: pose of the IMU in the simulated world (z up; not the first pose), exact, "
       "at 100 Hz on the true clock; t x y z qx qy qz qw");
-}
-
-Expected<void> WriteJson(const Json& json, const std::string& path) {
-  std::ofstream file(path);
-  file << json.dump(2) << "\n";
-  file.close();
-  if (!file) return MakeError(ErrorKind::kInput, "cannot write {}; is the disk full?", path);
-  return {};
 }
 
 Expected<void> WriteBag(Recording& recording, const std::string& path,
@@ -323,7 +313,7 @@ Expected<void> WriteBag(Recording& recording, const std::string& path,
     if (!written) return written;
     progress.Update(recording.Progress());
   }
-  progress.Finish();
+  if (!guard.interrupted()) progress.Finish();
   return (*writer)->Close();
 }
 
@@ -368,51 +358,75 @@ Expected<int> Simulate(const SimulateOptions& options) {
   const InterruptGuard guard;
   const auto written =
       SaveRig(recording.rig(), folder / "rig.yaml")
-          .and_then([&] { return WriteTruth(recording, folder / "groundtruth.tum"); })
           .and_then([&] {
             return WriteBag(recording, folder / (options.sequence + ".bag"), options, guard);
           })
           .and_then([&] {
-            return WriteJson(Description(recording, options, guard.interrupted()),
-                             folder / "sequence.json");
+            return WriteTruth(recording, guard.interrupted(), folder / "groundtruth.tum");
+          })
+          .and_then([&] {
+            const Json description = Description(recording, options, guard.interrupted());
+            return WriteWholeFile(folder / "sequence.json", description.dump(2) + "\n");
           })
           .and_then([&]() -> Expected<void> {
-            if (!options.contact_sheet) return {};
+            if (!options.contact_sheet || guard.interrupted()) return {};
             return WriteContactSheets(recording, folder);
           });
   if (!written) return tl::unexpected(written.error());
+  fmt::print("{:.1f} s of {}{} in {}\n", (recording.reached() - recording.begin()).seconds(),
+             options.sequence, guard.interrupted() ? " (interrupted)" : "", options.output);
   return guard.interrupted() ? kExitInterrupted : kExitDone;
 }
 
-void AddWorldOptions(CLI::App& command, SimulateOptions& options) {
-  command
-      .add_option("--trajectory", options.trajectory,
-                  "Recorded motion of the body (TUM, or EuRoC ground truth .csv) instead of the "
-                  "sequence's walk; moved to its start")
-      ->check(CLI::ExistingFile);
+void AddMotionOptions(CLI::App& command, SimulateOptions& options) {
+  CLI::Option* rest =
+      command
+          .add_option("--rest", options.rest,
+                      "Seconds at rest at the beginning of the walk; 0 starts in motion")
+          ->check(NumberIn(0.0, 86400.0))
+          ->capture_default_str();
+  CLI::Option* trajectory =
+      command
+          .add_option(
+              "--trajectory", options.trajectory,
+              "Recorded motion of the body (TUM, or EuRoC ground truth .csv) instead of the "
+              "sequence's walk; moved to its start")
+          ->check(CLI::ExistingFile)
+          ->excludes(rest);
   command
       .add_option("--start", options.start,
                   "X,Y,Z,HEADING: where the recorded motion starts instead (m, deg)")
       ->expected(4)
-      ->delimiter(',');
+      ->delimiter(',')
+      ->check(NumberIn(-1e4, 1e4))
+      ->needs(trajectory);
   command
       .add_option("--imu", options.imu,
                   "Recorded IMU samples (EuRoC .csv) of that motion instead of simulated ones")
-      ->check(CLI::ExistingFile);
-  command
-      .add_option("--scene", options.scene,
-                  "A textured mesh (glTF, OBJ, COLLADA, ...) instead of the sequence's place")
-      ->check(CLI::ExistingFile);
+      ->check(CLI::ExistingFile)
+      ->needs(trajectory);
+}
+
+void AddSceneOptions(CLI::App& command, SimulateOptions& options) {
+  CLI::Option* scene =
+      command
+          .add_option("--scene", options.scene,
+                      "A textured mesh (glTF, OBJ, COLLADA, ...) instead of the sequence's place")
+          ->check(CLI::ExistingFile);
   command.add_option("--scene-scale", options.scene_import.scale, "Metres per unit of the scene")
-      ->capture_default_str();
-  command.add_option("--scene-up", options.scene_import.up, "Axis that is up in the scene: y, z")
-      ->transform(CLI::CheckedTransformer(kUpAxes));
+      ->check(NumberAbove(0.0, 1e6))
+      ->capture_default_str()
+      ->needs(scene);
+  AddChoice<UpAxis>(command, "--scene-up", options.scene_import.up,
+                    {{"y", UpAxis::kY}, {"z", UpAxis::kZ}}, "Axis that is up in the scene")
+      ->needs(scene);
   command
       .add_option(
           "--waypoint", options.waypoints,
           "X,Y,Z: a corner of the body's closed walk through the scene (m, z up); repeat it")
       ->expected(1)
-      ->take_all();
+      ->take_all()
+      ->needs(scene);
 }
 
 void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
@@ -425,7 +439,10 @@ void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
       .add_flag("--exact-extrinsics", options.exact_extrinsics,
                 "The rig file's mounts are the true ones, however well the sequence's rig was "
                 "calibrated")
-      ->group("Faults");
+      ->group("Faults")
+      ->excludes("--wrong-extrinsics")
+      ->excludes("--extrinsics-error");
+  command.get_option("--wrong-extrinsics")->excludes("--extrinsics-error");
   command.add_flag("--ideal-lidar", options.ideal_lidar,
                    "A LiDAR with white noise and nothing else wrong: no mixed pixels, glass like "
                    "any surface, no bias of ranges");
@@ -450,30 +467,28 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--image-rate", options->image_rate,
                    "Images per second of every camera (0: as the rig says)")
-      ->check(CLI::Range(0.0, 200.0));
+      ->check(NumberIn(0.0, 200.0));
   command->add_option("--jpeg-quality", options->jpeg_quality, "Of compressed images")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   command->add_flag("--contact-sheet", options->contact_sheet,
                     "Also write pictures of what all cameras see, with LiDAR points drawn in");
-  command->add_option("--seconds", options->seconds, "Length (0: the sequence's own)");
+  command->add_option("--seconds", options->seconds, "Length (0: the sequence's own)")
+      ->check(NumberIn(0.0, 86400.0));
   command->add_option("--seed", options->seed, "Seed of world, motion and noise")
       ->capture_default_str();
-  command
-      ->add_option("--rest", options->rest, "Seconds at rest at the beginning; 0 starts in motion")
-      ->capture_default_str();
-  AddWorldOptions(*command, *options);
-  command
-      ->add_option("--compression", options->compression, "Compression of the bag: none, bz2, lz4")
-      ->transform(CLI::CheckedTransformer(kCompressions));
-  command
-      ->add_option("--velodyne-stamp", options->velodyne_stamp,
-                   "What a VLP-32C message is stamped with: its first or last packet")
-      ->transform(CLI::CheckedTransformer(kVelodyneStamps));
-  command
-      ->add_option("--threads", options->threads,
-                   "Number of threads (0: all cores); results do not depend on it")
-      ->check(CLI::NonNegativeNumber);
+  AddMotionOptions(*command, *options);
+  AddSceneOptions(*command, *options);
+  AddChoice<BagCompression>(*command, "--compression", options->compression,
+                            {{"none", BagCompression::kNone},
+                             {"bz2", BagCompression::kBz2},
+                             {"lz4", BagCompression::kLz4}},
+                            "Compression of the bag");
+  AddChoice<VelodyneStamp>(
+      *command, "--velodyne-stamp", options->velodyne_stamp,
+      {{"first", VelodyneStamp::kFirstPacket}, {"last", VelodyneStamp::kLastPacket}},
+      "The packet of a turn that a VLP-32C message is stamped with");
+  AddThreadsOption(*command, options->threads);
   AddFaultOptions(*command, options->faults);
   AddExtrinsicsOptions(*command, *options);
   command->callback([options, &exit_code] { exit_code = Report(Simulate(*options)); });

@@ -5,9 +5,7 @@
 // version 1.38.1 gives for the other pairs of that data, and the command line around them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -19,6 +17,7 @@
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/io/text_table.h"
 #include "mlvi/io/tum.h"
+#include "run_mlvi.h"
 #include "temporary_folder.h"
 
 namespace mlvi {
@@ -244,21 +243,9 @@ TEST_F(EvoData, InterpolationAgreesWithNearestUpToTheMotionBetweenStamps) {
 }
 
 #ifdef MLVI_BINARY
-struct Outcome {
-  int exit_code = -1;
-  std::string output;  // stdout and stderr
-};
+using Outcome = test::ProcessResult;
 
-Outcome RunEvaluate(const std::string& arguments) {
-  Outcome outcome;
-  std::FILE* pipe =
-      popen((std::string(MLVI_BINARY) + " evaluate " + arguments + " 2>&1").c_str(), "r");
-  char buffer[4096];
-  while (const std::size_t n = std::fread(buffer, 1, sizeof(buffer), pipe))
-    outcome.output.append(buffer, n);
-  outcome.exit_code = WEXITSTATUS(pclose(pipe));
-  return outcome;
-}
+Outcome RunEvaluate(const std::string& arguments) { return test::RunMlvi("evaluate " + arguments); }
 
 class EvaluateCommand : public ::testing::Test {
  protected:

@@ -5,16 +5,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <thread>
 
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/io/bag_writer.h"
@@ -23,39 +17,21 @@
 #include "mlvi/io/ros_serialization.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
+#include "run_mlvi.h"
 #include "temporary_folder.h"
 
 namespace mlvi {
 namespace {
 
 namespace fs = std::filesystem;
+using test::ProcessResult;
+using test::ReadFile;
+using test::RunMlvi;
 using ::testing::HasSubstr;
 
 constexpr double kSeconds = 6.0;
 // Sweeps of the whole recording: the sequence rests for 2 s, in which the start is found.
 constexpr int kSweeps = 59;
-
-struct ProcessResult {
-  int exit_code = -1;
-  std::string output;  // stdout and stderr
-};
-
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-ProcessResult RunMlvi(const std::string& arguments) {
-  const std::string command = std::string(MLVI_BINARY) + " " + arguments + " 2>&1";
-  std::FILE* pipe = popen(command.c_str(), "r");
-  ProcessResult result;
-  char buffer[4096];
-  while (const std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) result.output.append(buffer, n);
-  result.exit_code = WEXITSTATUS(pclose(pipe));
-  return result;
-}
 
 // A part of a recording of `seconds` by itself: its stamps lie in [from, to) seconds after the beginning, late by `late`
 // against the true clock.
@@ -367,21 +343,10 @@ TEST(ConfigurationPage, IsWhatTheProgramDeclares) {
 
 TEST_F(RunCommand, InterruptionKeepsWhatWasEstimated) {
   Simulate();
-  const pid_t child = fork();
-  if (child == 0) {
-    if (std::freopen((folder_ / "log").c_str(), "w", stderr) == nullptr) _exit(99);
-    execl(MLVI_BINARY, MLVI_BINARY, "run", bag_.c_str(), "--rig", rig_.c_str(), "-o", Output().c_str(), "--threads",
-          "1", nullptr);
-    _exit(99);
-  }
   // The progress lines tell when half of the recording is through.
-  for (int i = 0; i < 3000 && ReadFile(folder_ / "log").find("run: 5") == std::string::npos; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  kill(child, SIGINT);
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_EQ(WEXITSTATUS(status), 130);
+  const ProcessResult result = test::InterruptMlvi("run " + bag_ + " --rig " + rig_ + " -o " + Output() + " --threads 1",
+                                                   folder_ / "log", "run: 5");
+  EXPECT_EQ(result.exit_code, 130) << result.output;
   ExpectResults("interrupted", 10);
   EXPECT_LT(Estimate().size(), static_cast<std::size_t>(kSweeps));
 }

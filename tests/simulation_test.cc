@@ -16,6 +16,7 @@
 #include "mlvi/io/ros_bag_source.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/sim/recording.h"
+#include "run_mlvi.h"
 #include "temporary_folder.h"
 
 namespace mlvi {
@@ -77,11 +78,7 @@ INSTANTIATE_TEST_SUITE_P(Rigs, SimulatedBags,
 
 #ifdef MLVI_BINARY
 
-int RunMlvi(const std::string& arguments) {
-  const int status =
-      std::system((std::string(MLVI_BINARY) + " " + arguments + " >/dev/null 2>&1").c_str());
-  return WEXITSTATUS(status);
-}
+int RunMlvi(const std::string& arguments) { return test::RunMlvi(arguments).exit_code; }
 
 TEST(SimulateCommand, WritesACompleteRecording) {
   const test::TemporaryFolder folder("command");
@@ -157,7 +154,8 @@ TEST_P(ImagesOfRig, SurviveTheBag) {
 INSTANTIATE_TEST_SUITE_P(Rigs, ImagesOfRig,
                          ::testing::Values("newer_college", "m2dgr", "hilti_2022"));
 
-// An independent reader: ROS's own Python module (python3-rosbag) finds topics, types, sizes, stamps.
+// An independent reader: ROS's own Python module (python3-rosbag) finds topics, types, sizes,
+// stamps.
 TEST(SimulateCommand, RosReadsTheBagToo) {
   if (std::system("/usr/bin/python3 -c 'import rosbag' >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "python3-rosbag is not installed";
@@ -187,15 +185,46 @@ clouds = seen["/os_cloud_node/points"]
 assert len(clouds) == 4 and clouds[0][0].height == 128 and clouds[0][0].width == 1024
 assert [f.name for f in clouds[0][0].fields][:5] == ["x", "y", "z", "intensity", "t"]
 )";
-  EXPECT_EQ(std::system(("/usr/bin/python3 " + script + " " + output + "/corridor-easy.bag").c_str()), 0);
+  EXPECT_EQ(
+      std::system(("/usr/bin/python3 " + script + " " + output + "/corridor-easy.bag").c_str()), 0);
 }
 
 TEST(SimulateCommand, WritesContactSheets) {
   const test::TemporaryFolder folder("sheets");
   const std::string output = folder.path();
-  ASSERT_EQ(RunMlvi("simulate corridor-easy --seconds 0.2 --cameras cam0 --image-rate 10 --contact-sheet -o " + output), 0);
+  ASSERT_EQ(RunMlvi("simulate corridor-easy --seconds 0.2 --cameras cam0 --image-rate 10 "
+                    "--contact-sheet -o " +
+                    output),
+            0);
   EXPECT_GT(std::filesystem::file_size(output + "/contact_sheet_2.png"), 100'000U);
   EXPECT_EQ(RunMlvi("simulate corridor-easy --seconds 0.2 --cameras cam9 -o " + output), 1);
+}
+
+// Truth, bag and description of an interrupted recording end together, and nothing claims that it
+// was finished.
+TEST(SimulateCommand, InterruptionKeepsWhatWasSimulated) {
+  const test::TemporaryFolder folder("interrupted");
+  const std::string output = folder.path() / "out";
+  const test::ProcessResult result = test::InterruptMlvi(
+      "simulate courtyard-easy --rig m2dgr --cameras none --seconds 60 --threads 1 -o " + output,
+      folder.path() / "log", "simulate courtyard-easy: 1");
+  EXPECT_EQ(result.exit_code, 130) << result.output;
+  EXPECT_THAT(result.output, ::testing::Not(::testing::HasSubstr(" 100 %")));
+  EXPECT_THAT(result.output, ::testing::HasSubstr("(interrupted) in " + output));
+  const Rig rig = LoadRig(output + "/rig.yaml").value();
+  const auto source = RosBagSource::Open({output + "/courtyard-easy.bag"}, rig);
+  ASSERT_TRUE(source) << source.error().message;
+  Time last;
+  for (const Measurement& measurement : ReadAll(**source))
+    last = std::max(last, AvailableAt(measurement));
+  const Trajectory truth = ReadTum(output + "/groundtruth.tum").value();
+  const double seconds = (truth.back().stamp - truth.front().stamp).seconds();
+  EXPECT_GT(seconds, 5.9);
+  EXPECT_LT(seconds, 59.0);
+  EXPECT_GE(truth.back().stamp, last - Duration::FromMilliseconds(10));
+  EXPECT_LE(truth.back().stamp, last + Duration::FromMilliseconds(20));
+  std::ifstream file(output + "/sequence.json");
+  EXPECT_EQ(nlohmann::json::parse(file).at("status"), "interrupted");
 }
 
 TEST(SimulateCommand, AnswersWrongUseWithExitCode1) {

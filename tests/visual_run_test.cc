@@ -18,6 +18,7 @@
 #include "mlvi/io/tum.h"
 #include "mlvi/sensors/camera_model.h"
 #include "mlvi/sim/recording.h"
+#include "run_mlvi.h"
 #include "temporary_folder.h"
 
 namespace mlvi {
@@ -106,15 +107,11 @@ class VisualRun : public ::testing::Test {
   }
 
   int Run(const std::string& arguments) {
-    const std::string command = std::string(MLVI_BINARY) + " run " + Path("recording.bag") + " --rig " +
-                                Path("rig.yaml") + " -o " + Path("result") + " " + arguments + " 2>&1";
-    std::FILE* pipe = popen(command.c_str(), "r");
-    output_.clear();
-    char buffer[4096];
-    while (const std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) output_.append(buffer, n);
-    const int code = WEXITSTATUS(pclose(pipe));
+    const test::ProcessResult result = test::RunMlvi("run " + Path("recording.bag") + " --rig " + Path("rig.yaml") +
+                                                     " -o " + Path("result") + " " + arguments);
+    output_ = result.output;
     summary_ = nlohmann::json::parse(Read("summary.json"), nullptr, false);
-    return code;
+    return result.exit_code;
   }
 
   void ExpectCamerasAloneToDo();

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/sim/faults.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
-#include "mlvi/base/config.h"
+#include "mlvi/base/suggestion.h"
 
 namespace mlvi {
 namespace {
@@ -28,12 +31,62 @@ double BoxMean(const std::vector<std::uint8_t>& pixels, int width, int height, i
   return sum / count;
 }
 
-Expected<void> CheckName(const std::string& name, const std::vector<std::string>& known,
-                         const char* what) {
-  if (std::find(known.begin(), known.end(), name) != known.end()) return {};
-  return MakeError(ErrorKind::kConfiguration,
-                   "a fault of {} '{}', which this rig does not have; did you mean '{}'?", what,
-                   name, known.empty() ? "none: it has no camera" : NearestName(name, known));
+// Collects the first violation, so that a list of checks reads as a list.
+class FaultChecks {
+ public:
+  void Range(const std::string& what, double value, double least, double most, const char* unit) {
+    if (value >= least && value <= most) return;  // so that NaN is none
+    Fail(fmt::format("{} is {} {}; it must be in [{:g}, {:g}]", what, value, unit, least, most));
+  }
+  void Positive(const std::string& what, double value, double most, const char* unit) {
+    if (value > 0.0 && value <= most) return;
+    Fail(fmt::format("{} is {} {}; it must be positive and at most {:g}", what, value, unit, most));
+  }
+  void Window(const std::string& what, const std::optional<FaultWindow>& window) {
+    if (!window) return;
+    Range("the start of " + what, window->start, 0.0, kLongest, "s");
+    Range("the length of " + what, window->length, 0.0, kLongest, "s");
+  }
+  void Name(const std::string& name, const std::vector<std::string>& known, const char* what) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    Fail(fmt::format("a fault of {} '{}', which this rig does not have: it has {}{}", what, name,
+                     known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")),
+                     DidYouMean(name, known)));
+  }
+  const Expected<void>& result() const { return result_; }
+
+  static constexpr double kLongest = 86400.0;  // s, as recordings
+
+ private:
+  void Fail(std::string message) {
+    if (result_) result_ = tl::unexpected(Error{ErrorKind::kConfiguration, std::move(message)});
+  }
+  Expected<void> result_;
+};
+
+void CheckLensPatch(const LensPatch& patch, const std::vector<std::string>& cameras,
+                    FaultChecks& checks) {
+  checks.Name(patch.camera, cameras, "camera");
+  checks.Range("u of a lens patch", patch.u, 0.0, 1.0, "of the width");
+  checks.Range("v of a lens patch", patch.v, 0.0, 1.0, "of the height");
+  checks.Positive("the radius of a lens patch", patch.radius, 2.0, "of the width");
+}
+
+void CheckClocks(const SequenceFaults& faults, const std::vector<std::string>& cameras,
+                 FaultChecks& checks) {
+  constexpr double kFarthest =
+      5e8;  // s, 16 years: stamps stay after 1970, jump and offset together
+  std::vector<std::string> sensors = cameras;
+  sensors.insert(sensors.end(), {"imu", "lidar"});
+  for (const auto& [sensor, clock] : faults.clocks) {
+    checks.Name(sensor, sensors, "the clock of");
+    checks.Range("the offset of the clock of " + sensor, clock.offset, -kFarthest, kFarthest, "s");
+    checks.Range("the drift of the clock of " + sensor, clock.drift_ppm, -1e5, 1e5, "ppm");
+  }
+  if (!faults.time_jump) return;
+  checks.Range("the start of the time jump", faults.time_jump->start, 0.0, FaultChecks::kLongest,
+               "s");
+  checks.Range("the time jump", faults.time_jump->back, -kFarthest, kFarthest, "s");
 }
 
 }  // namespace
@@ -94,28 +147,35 @@ void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& r
 
 Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
   const std::vector<std::string> cameras = rig.CameraNames();
+  FaultChecks checks;
+  checks.Window("the LiDAR gap", faults.lidar_gap);
+  checks.Window("the empty sweeps", faults.empty_sweeps);
+  checks.Window("the NaN points", faults.nan_points);
+  checks.Window("the corrupted sweeps", faults.corrupted_sweeps);
+  checks.Window("the IMU gap", faults.imu_gap);
+  checks.Window("the image gap", faults.image_gap);
+  checks.Window("the lights off", faults.lights_off);
+  if (const auto& limits = faults.imu_saturation) {
+    checks.Positive("the acceleration at which the IMU saturates", limits->acceleration, 1e5,
+                    "m/s^2");
+    checks.Positive("the rate at which the IMU saturates", limits->rate, 1e4, "rad/s");
+  }
   for (const CameraFault& fault : faults.cameras) {
-    if (const auto ok = CheckName(fault.camera, cameras, "camera"); !ok) return ok;
+    checks.Name(fault.camera, cameras, "camera");
+    checks.Window("the failure of camera " + fault.camera, fault.window);
   }
-  for (const LensPatch& patch : faults.lens_patches) {
-    if (const auto ok = CheckName(patch.camera, cameras, "camera"); !ok) return ok;
-    if (patch.radius <= 0.0) {
-      return MakeError(ErrorKind::kConfiguration, "a lens patch of radius {}; it must be positive",
-                       patch.radius);
-    }
+  for (const LensPatch& patch : faults.lens_patches) CheckLensPatch(patch, cameras, checks);
+  if (const auto& jump = faults.exposure_jump) {
+    checks.Window("the exposure jump", jump->window);
+    checks.Positive("the factor of the exposure jump", jump->factor, 1e3, "times");
   }
-  std::vector<std::string> sensors = cameras;
-  sensors.insert(sensors.end(), {"imu", "lidar"});
-  for (const auto& [sensor, clock] : faults.clocks) {
-    if (const auto ok = CheckName(sensor, sensors, "the clock of"); !ok) return ok;
+  CheckClocks(faults, cameras, checks);
+  if (const auto& error = faults.extrinsics) {
+    checks.Range("the rotation of the extrinsics' error", error->rotation, 0.0, std::numbers::pi,
+                 "rad");
+    checks.Range("the translation of the extrinsics' error", error->translation, 0.0, 10.0, "m");
   }
-  if (faults.imu_saturation &&
-      (faults.imu_saturation->acceleration <= 0.0 || faults.imu_saturation->rate <= 0.0)) {
-    return MakeError(ErrorKind::kConfiguration,
-                     "an IMU that saturates at {} m/s^2 and {} rad/s; both must be positive",
-                     faults.imu_saturation->acceleration, faults.imu_saturation->rate);
-  }
-  return {};
+  return checks.result();
 }
 
 }  // namespace mlvi

@@ -113,7 +113,8 @@ void SmearLens(const LensPatch& patch, int channels, Image& image);
 // drawn by `random`.
 void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& rig);
 
-// What is wrong with the faults for that rig: an unknown camera or sensor, a negative length.
+// What is wrong with the faults for that rig: an unknown camera or sensor, a number that is not
+// finite or beyond what can be simulated.
 Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig);
 
 }  // namespace mlvi

@@ -107,7 +107,42 @@ TEST(Faults, UnknownSensorsAreNamed) {
   EXPECT_EQ(FailureOf(options.faults, "cam0", 1.5), CameraFailure::kDead);
   EXPECT_EQ(FailureOf(options.faults, "cam0", 3.5), std::nullopt);
   options.faults.clocks["ium"] = {};
-  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("'imu'"));
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("'ium'"));
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("it has cam0, imu, lidar"));
+}
+
+// Every number of every fault, not finite in turn.
+TEST(Faults, NumbersThatAreNoneAreRefused) {
+  SequenceOptions good = StandardSequence("courtyard-easy", test::Hilti());
+  good.faults.lidar_gap = good.faults.empty_sweeps = good.faults.nan_points = good.faults.corrupted_sweeps =
+      good.faults.imu_gap = good.faults.image_gap = good.faults.lights_off = FaultWindow{1.0, 2.0};
+  good.faults.imu_saturation = ImuSaturation{50.0, 5.0};
+  good.faults.exposure_jump = ExposureJump{.window = {1.0, 2.0}, .factor = 2.0};
+  good.faults.time_jump = TimeJump{1.0, 2.0};
+  good.faults.extrinsics = ExtrinsicsError{0.01, 0.01};
+  good.faults.clocks["imu"] = {.offset = -0.1, .drift_ppm = 10.0};
+  ASSERT_TRUE(CheckOptions(good)) << CheckOptions(good).error().message;
+  const auto numbers = [](SequenceOptions& options) {
+    SequenceFaults& f = options.faults;
+    std::vector<double*> all = {&options.seconds,          &options.rest,
+                                &f.imu_saturation->rate,   &f.imu_saturation->acceleration,
+                                &f.exposure_jump->factor,  &f.time_jump->start,
+                                &f.time_jump->back,        &f.extrinsics->rotation,
+                                &f.extrinsics->translation, &f.clocks["imu"].offset,
+                                &f.clocks["imu"].drift_ppm};
+    for (FaultWindow* window : {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points, &*f.corrupted_sweeps, &*f.imu_gap,
+                                &*f.image_gap, &*f.lights_off, &f.exposure_jump->window}) {
+      all.insert(all.end(), {&window->start, &window->length});
+    }
+    return all;
+  };
+  for (std::size_t i = 0; i < numbers(good).size(); ++i) {
+    for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), -1e10}) {
+      SequenceOptions options = good;
+      *numbers(options)[i] = bad;
+      EXPECT_FALSE(CheckOptions(options)) << "number " << i << " is " << bad;
+    }
+  }
 }
 
 // Real samples pass as they are, moved to the recording's clock, with the biases that are known.

@@ -98,6 +98,7 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
       form_(form),
       place_(MakePlace(options_)),
       end_(options_.begin + Duration::FromSeconds(options_.seconds)),
+      reached_(options_.begin),
       motion_(MakeMotion(options_, place_.path)),
       lidar_(MakeLidar(options_)),
       imu_(MakeImu(options_, motion_, end_)) {
@@ -157,6 +158,7 @@ Expected<std::optional<Measurement>> Recording::Next() {
     }
     if (next_sweep_ < sweeps_) offer(SweepStamp(next_sweep_) + lidar_.pattern().span(), -2);
     if (!earliest) return std::nullopt;
+    reached_ = *earliest;
     auto measurement = stream == -1   ? NextImu()
                        : stream == -2 ? NextSweep()
                                       : NextImage(static_cast<std::size_t>(stream));

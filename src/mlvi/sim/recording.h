@@ -44,6 +44,8 @@ class Recording : public MeasurementSource {
   NavState GroundTruth(Time time) const;
   Time begin() const { return options_.begin; }
   Time end() const { return end_; }
+  // The true instant up to which Next() has come: begin() before its first measurement.
+  Time reached() const { return reached_; }
   const SequenceOptions& options() const { return options_; }
   const Rig& rig() const { return options_.rig.estimator_rig; }  // what the estimator is told
   const World& world() const { return place_.world; }
@@ -71,7 +73,7 @@ class Recording : public MeasurementSource {
   SequenceOptions options_;
   RecordingForm form_;
   Place place_;
-  Time end_;
+  Time end_, reached_;
   PoseSpline motion_;
   LidarSimulator lidar_;
   ImuSimulator imu_;

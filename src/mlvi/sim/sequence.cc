@@ -5,10 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
-#include "mlvi/base/config.h"
 #include "mlvi/base/random.h"
+#include "mlvi/base/suggestion.h"
 #include "mlvi/sim/lidar_pattern.h"
 
 namespace mlvi {
@@ -227,10 +228,42 @@ Expected<void> CheckCameras(const SequenceOptions& options) {
     }
     const double rate =
         options.rig.true_rig.cameras[static_cast<std::size_t>(found - names.begin())].rate_hz;
-    if (options.image_rate < 0.0 || (options.image_rate == 0.0 && rate <= 0.0)) {
-      return MakeError(kKind, "camera '{}': an image rate of {} Hz; it must be positive", camera,
-                       options.image_rate == 0.0 ? rate : options.image_rate);
+    const double asked = options.image_rate == 0.0 ? rate : options.image_rate;
+    if (!(asked > 0.0 && asked <= 200.0)) {
+      return MakeError(kKind,
+                       "camera '{}': an image rate of {} Hz; it must be positive and at most 200",
+                       camera, asked);
     }
+  }
+  return {};
+}
+
+bool IsPlace(const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() <= 1e4 && p.allFinite(); }
+
+// Where the body is to move.
+Expected<void> CheckMotion(const SequenceOptions& options) {
+  constexpr ErrorKind kKind = ErrorKind::kConfiguration;
+  if (!(options.rest >= 0.0 && options.rest <= 86400.0))
+    return MakeError(kKind, "a rest of {} s; it must be 0 to 86400", options.rest);
+  if (!options.recorded_imu.samples.empty() && !options.trajectory)
+    return MakeError(kKind, "recorded IMU samples without the trajectory that they belong to");
+  if (const auto& start = options.trajectory_start;
+      start && !(IsPlace(start->position) && std::isfinite(start->heading))) {
+    return MakeError(
+        kKind,
+        "the trajectory starts at ({}) m with heading {} rad: coordinates must be within 10 km",
+        fmt::join(start->position, ", "), start->heading);
+  }
+  if (!options.own_world) return {};
+  for (const Eigen::Vector3d& waypoint : options.own_world->waypoints) {
+    if (!IsPlace(waypoint))
+      return MakeError(kKind, "a waypoint at ({}) m: coordinates must be within 10 km",
+                       fmt::join(waypoint, ", "));
+  }
+  if (options.own_world->waypoints.size() < 3 && !options.trajectory) {
+    return MakeError(kKind,
+                     "{} waypoints through the own world; at least 3, or a trajectory, are needed",
+                     options.own_world->waypoints.size());
   }
   return {};
 }
@@ -242,9 +275,8 @@ Expected<void> CheckOptions(const SequenceOptions& options) {
   if (FindSequence(options.sequence) == nullptr) {
     std::vector<std::string> names;
     for (const SequenceInfo& info : SequenceCatalogue()) names.push_back(info.name);
-    return MakeError(kKind, "no sequence is called '{}'; did you mean '{}'? There are: {}",
-                     options.sequence, NearestName(options.sequence, names),
-                     fmt::join(names, ", "));
+    return MakeError(kKind, "no sequence is called '{}'{}; there are: {}", options.sequence,
+                     DidYouMean(options.sequence, names), fmt::join(names, ", "));
   }
   const Rig& rig = options.rig.true_rig;
   if (!rig.lidar) return MakeError(kKind, "rig '{}' has no LiDAR to simulate", rig.name);
@@ -256,22 +288,14 @@ Expected<void> CheckOptions(const SequenceOptions& options) {
   }
   if (rig.imu.rate_hz <= 0.0)
     return MakeError(kKind, "imu.rate_hz is {}, must be positive", rig.imu.rate_hz);
-  if (options.seconds < 0.0 || (options.seconds > 0.0 && options.seconds < 0.1) ||
-      options.seconds > 86400.0) {
+  // Written so that NaN is refused, too.
+  if (!(options.seconds == 0.0 || (options.seconds >= 0.1 && options.seconds <= 86400.0))) {
     return MakeError(
         kKind, "a length of {} s; it must be 0.1 (one sweep) to 86400, or 0 for the sequence's own",
         options.seconds);
   }
-  if (!options.recorded_imu.samples.empty() && !options.trajectory)
-    return MakeError(kKind, "recorded IMU samples without the trajectory that they belong to");
-  if (options.own_world && options.own_world->waypoints.size() < 3 && !options.trajectory) {
-    return MakeError(kKind,
-                     "{} waypoints through the own world; at least 3, or a trajectory, are needed",
-                     options.own_world->waypoints.size());
-  }
+  if (const auto ok = CheckMotion(options); !ok) return ok;
   if (const auto ok = CheckFaults(options.faults, rig); !ok) return ok;
-  if (options.rest < 0.0)
-    return MakeError(kKind, "a rest of {} s; it cannot be negative", options.rest);
   return CheckCameras(options);
 }
 
