@@ -16,6 +16,26 @@ namespace {
 // A foyer of 14 x 8 m with a corridor in the west; its glass front is in the south at y = 0, the
 // door in it at x = kDoor.
 constexpr double kEast = 14.0, kNorth = 8.0, kHeight = 3.6, kDoor = 6.0;  // m
+constexpr double kCorridorHeight = 2.9;
+
+// Under the ceilings of corridor and foyer.
+std::vector<Eigen::Vector3d> Lamps() {
+  std::vector<Eigen::Vector3d> lamps;
+  for (const double x : {-14.0, -10.0, -6.0, -2.0}) lamps.emplace_back(x, 5.8, kCorridorHeight);
+  for (const double x : {3.5, 7.0, 10.5}) lamps.emplace_back(x, 5.0, kHeight);
+  return lamps;
+}
+
+// By day, with some 50 lux on the floor below each lamp.
+Lighting LitDaylight() {
+  Lighting lighting = Daylight();
+  lighting.ambient_illuminance = 5.0;
+  for (const Eigen::Vector3d& lamp : Lamps()) {
+    lighting.lamps.push_back(
+        {.position = lamp - Eigen::Vector3d(0.0, 0.0, 0.15), .intensity = 480.0});
+  }
+  return lighting;
+}
 
 void AddFoyer(MeshBuilder& builder, const Palette& m, RandomStream& random) {
   const WallHoles holes{.south = {FramedPassage(kDoor - 1.1, kDoor + 1.1, 2.5, m.metal)},
@@ -29,11 +49,15 @@ void AddFoyer(MeshBuilder& builder, const Palette& m, RandomStream& random) {
     if (std::abs(x - kDoor) < 1.3) continue;
     AddBeam(builder, {x, 0.06, 0.0}, {x, 0.06, kHeight}, 0.07, 0.12, m.metal);
   }
-  AddRoom(builder, {-16.0, 4.5, 0.0}, {-0.2, 7.1, 2.9}, Painted(m.paint, m.linoleum, m.ceiling),
+  AddRoom(builder, {-16.0, 4.5, 0.0}, {-0.2, 7.1, kCorridorHeight},
+          Painted(m.paint, m.linoleum, m.ceiling),
           {.south = {Door(-12.0, m.door, m.frame),
                      Door(-6.0 + random.Uniform(-0.5, 0.5), m.door, m.frame)},
            .east = {FramedPassage(4.6, 7.0, 2.6, m.frame)},
            .north = {Door(-9.0, m.door, m.frame), Door(-3.0, m.door, m.frame)}});
+  for (const Eigen::Vector3d& lamp : Lamps()) {
+    builder.AddBox({lamp.x(), lamp.y(), lamp.z() - 0.06}, {1.2, 0.3, 0.06}, 0.0, m.lamp);
+  }
   AddSofa(builder, {{10.5, 7.3, 0.0}}, 2.2, m);
   AddTable(builder, {{12.6, 4.0, 0.0}, 1.5}, {1.4, 0.7, 0.75}, m);
   AddPicture(builder, {{6.5, kNorth - 0.05, 0.8}}, 2.6, 1.5, m.posters);
@@ -106,7 +130,7 @@ Place MakeDoor(std::uint64_t seed) {
   AddFoyer(builder, m, random);
   AddForecourt(builder, m, random);
   // From the corridor through the foyer and the door, round the forecourt, and in again.
-  return {.world = World(std::move(builder).Finish(), Daylight(), PassersBy(random)),
+  return {.world = World(std::move(builder).Finish(), LitDaylight(), PassersBy(random)),
           .path = WalkAt(kRobotHeight,
                          {{-13.0, 5.4, 0.0},
                           {-1.0, 5.4, 0.0},
