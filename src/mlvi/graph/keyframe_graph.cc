@@ -5,8 +5,11 @@
 #include <Eigen/Eigenvalues>
 #include <ceres/loss_function.h>
 
+#include <cmath>
+
 #include "mlvi/factors/between_factor.h"
 #include "mlvi/factors/imu_factor.h"
+#include "mlvi/factors/map_step_factor.h"
 #include "mlvi/factors/pose_block.h"
 #include "mlvi/factors/prior_factor.h"
 
@@ -17,9 +20,6 @@ using nav_index::kAccelerometerBias;
 using nav_index::kPosition;
 using nav_index::kRotation;
 using nav_index::kVelocity;
-
-// Eigenvalues of information below this share of the floor's carry nothing.
-constexpr double kNegligibleInformation = 1e-9;
 
 // A square root S of a positive semi-definite matrix, S^T S = matrix.
 template <int N>
@@ -48,36 +48,16 @@ void GraphConfig::Declare(ConfigDeclaration& d) {
   d.Field("keyframe_angle", keyframe_angle, "rad", "A keyframe at least so often: new views", {0.01, 6.3});
   d.Field("keyframe_interval", keyframe_interval, "s",
           "A keyframe at least so often, also at rest: preintegration loses validity over long times", {0.1, 60.0});
-  d.Field("lidar_position_sigma", lidar_position_sigma, "m",
-          "Floor of the LiDAR odometry's uncertainty between keyframes: errors that the map shares", {1e-6, 1.0});
-  d.Field("lidar_rotation_sigma", lidar_rotation_sigma, "rad",
-          "Floor of the LiDAR odometry's uncertainty between keyframes", {1e-6, 1.0});
+  d.Field("map_position_sigma", map_position_sigma, "m",
+          "The LiDAR odometry's map bends at least so much from keyframe to keyframe", {1e-6, 1.0});
+  d.Field("map_rotation_sigma", map_rotation_sigma, "rad",
+          "The LiDAR odometry's map bends at least so much from keyframe to keyframe", {1e-6, 1.0});
   d.Field("relinearize_threshold", relinearize_threshold, "m, rad",
           "Variables farther from their linearisation point are linearised anew", {1e-6, 1.0});
   d.Field("loop_loss_scale", loop_loss_scale, "sigma",
           "Loop factors count quadratically up to here (Cauchy): a wrong loop must not bend the map", {0.1, 100.0});
   d.Field("visual_loss_scale", visual_loss_scale, "sigma",
           "Factors of visual odometry count quadratically up to here (Cauchy)", {0.1, 100.0});
-}
-
-Matrix6d RelativeInformation(const Matrix6d& a, const Pose3& T_a_b, const Matrix6d& b, double position_sigma,
-                             double rotation_sigma) {
-  // An error d_a of the first pose moves the relative pose by -Ad(T_b_a) d_a (first order), so its information in the
-  // second's frame is Ad(T_a_b)^T a Ad(T_a_b). Parallel sum with b and the floor, in an eigenbasis so that directions
-  // without information stay without instead of becoming singular.
-  const Matrix6d adjoint = AdjointSe3(T_a_b);
-  const Matrix6d a_in_b = adjoint.transpose() * a * adjoint;
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(position_sigma), Eigen::Vector3d::Constant(rotation_sigma);
-  // In units of the floor: W = S I S.
-  const Matrix6d A = sigma.asDiagonal() * a_in_b * sigma.asDiagonal();
-  const Matrix6d B = sigma.asDiagonal() * b * sigma.asDiagonal();
-  const Matrix6d regularizer = kNegligibleInformation * Matrix6d::Identity();
-  const Matrix6d covariance = (A + regularizer).inverse() + (B + regularizer).inverse() + Matrix6d::Identity();
-  Matrix6d information = covariance.inverse();
-  const Vector6d inverse_sigma = sigma.cwiseInverse();
-  information = inverse_sigma.asDiagonal() * information * inverse_sigma.asDiagonal();
-  return 0.5 * (information + information.transpose());
 }
 
 KeyframeGraph::KeyframeGraph(const GraphConfig& config, const Rig& rig)
@@ -97,10 +77,10 @@ Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::
                                          std::span<const ImuSample> imu,
                                          const std::optional<MotionPrior>& visual) {
   const NavState guess = newest_ ? Guess(estimate) : estimate.state;
-  const Variables added = AddVariables(guess);
+  Variables added = AddVariables(guess);
   if (newest_) {
     AddImuFactor(variables_.back(), added, imu, newest_->state.bias);
-    AddLidarOdometryFactor(*newest_, variables_.back(), estimate, added);
+    AddMap(estimate, guess, added);
     if (visual) AddVisualOdometryFactor(*visual, added);
   } else {
     AddPrior(estimate, added);
@@ -197,9 +177,11 @@ KeyframeGraph::Variables KeyframeGraph::AddVariables(const NavState& state) {
   double pose[kPoseBlockSize];
   StorePose(state.T_world_body, pose);
   const Eigen::Matrix<double, 6, 1> bias = BiasVector(state.bias);
-  return {.pose = smoother_.AddVariable(pose, std::make_shared<PoseManifold>()),
+  const VariableId pose_variable = smoother_.AddVariable(pose, std::make_shared<PoseManifold>());
+  return {.pose = pose_variable,
           .velocity = smoother_.AddVariable({state.v_world_body.data(), 3}),
-          .bias = smoother_.AddVariable({bias.data(), 6})};
+          .bias = smoother_.AddVariable({bias.data(), 6}),
+          .map = pose_variable};
 }
 
 void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& at) {
@@ -241,14 +223,35 @@ void KeyframeGraph::AddImuFactor(const Variables& from, const Variables& to, std
                       {from.pose, from.velocity, from.bias, to.pose, to.velocity, to.bias});
 }
 
-void KeyframeGraph::AddLidarOdometryFactor(const OdometryEstimate& from, const Variables& from_variables,
-                                           const OdometryEstimate& to, const Variables& to_variables) {
-  const Pose3 T_from_to = from.state.T_world_body.inverse() * to.state.T_world_body;
-  const Matrix6d information =
-      RelativeInformation(from.degeneracy.information, T_from_to, to.degeneracy.information,
-                          config_.lidar_position_sigma, config_.lidar_rotation_sigma);
-  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SquareRoot<6>(information)), nullptr,
-                      {from_variables.pose, to_variables.pose});
+void KeyframeGraph::AddMap(const OdometryEstimate& to, const NavState& guess, Variables& added) {
+  if (!newest_->map || !to.map) return;
+  double block[kPoseBlockSize];
+  StorePose(guess.T_world_body, block);
+  added.map = smoother_.AddVariable(block, std::make_shared<PoseManifold>());
+  AddMapStep(to, added.map);
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(Pose3(), SquareRoot<6>(to.degeneracy.information)), nullptr,
+                      {added.map, added.pose});
+}
+
+// Of the map's points the share s was seen from around the newest keyframe, X; the others lie as the map did there, M:
+// a mixture of mean M + s (X - M) and covariance s (1 - s) Cov(X - M).
+void KeyframeGraph::AddMapStep(const OdometryEstimate& to, VariableId map) {
+  const Variables& from = variables_.back();
+  const Pose3 T_from_to = newest_->state.T_world_body.inverse() * to.state.T_world_body;
+  const double kept = std::exp(newest_->map->age - to.map->age);
+  Vector6d bending;
+  bending << Eigen::Vector3d::Constant(config_.map_position_sigma),
+      Eigen::Vector3d::Constant(config_.map_rotation_sigma);
+  Matrix6d covariance = kept * (1.0 - kept) * newest_->map->covariance;
+  covariance.diagonal() += bending.cwiseAbs2();
+  const Matrix6d W = SqrtInformationOf<6>(covariance);
+  if (from.map == from.pose) {  // the map's beginning: all of it is X
+    const Matrix6d W_to = W * AdjointSe3(T_from_to);
+    smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, W_to), nullptr, {from.pose, map});
+  } else {
+    smoother_.AddFactor(std::make_shared<MapStepFactor>(T_from_to, 1.0 - kept, W), nullptr,
+                        {from.map, from.pose, map});
+  }
 }
 
 void KeyframeGraph::AddVisualOdometryFactor(const MotionPrior& motion, const Variables& to_variables) {

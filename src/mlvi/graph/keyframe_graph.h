@@ -3,6 +3,12 @@
 //
 // The factor graph over keyframes (paper SIII-C): IMU preintegration, LiDAR odometry, visual odometry and loop factors,
 // solved by iSAM2.
+//
+// LiDAR odometry does not tell steps from keyframe to keyframe but where each lies in the odometry's local map, which
+// outlives what single keyframes cannot see. So the map is a variable of the graph, too: at each keyframe the pose that
+// it gives the body. A registration binds pose and map along the directions that it told; the map moves on by
+// MapStepFactor, as far as its points are replaced. Beyond a stretch that left a direction open the map still holds
+// it, the IMU tells the way between, and nothing counts twice.
 #pragma once
 
 #include <optional>
@@ -23,8 +29,8 @@ struct GraphConfig {
   double keyframe_distance = 1.0;
   double keyframe_angle = 0.35;
   double keyframe_interval = 5.0;
-  double lidar_position_sigma = 0.001;
-  double lidar_rotation_sigma = 0.0001;
+  double map_position_sigma = 3e-4;
+  double map_rotation_sigma = 3e-5;
   double relinearize_threshold = 0.05;
   double loop_loss_scale = 1.0;
   double visual_loss_scale = 1.0;
@@ -49,18 +55,18 @@ class KeyframeGraph {
   bool WantsKeyframe(const NavState& state) const;
 
   // Adds `estimate` as a keyframe with an IMU factor over `imu` (samples from the newest keyframe to this one, as
-  // SamplesBetween gives them) and a LiDAR odometry factor weighted per direction by what both registrations could
-  // tell, and a robust factor of the `visual` motion since the newest keyframe, if there is one. The first keyframe
-  // takes a prior from the estimate's covariance instead.
+  // SamplesBetween gives them), the map of its odometry and the registration there, if it keeps one, and a robust
+  // factor of the `visual` motion since the newest keyframe, if there is one. The first keyframe takes a prior from the
+  // estimate's covariance instead and is where the map begins.
   // Errors (kEstimation) leave the graph as it was.
   Expected<GraphUpdate> Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
                             std::span<const ImuSample> imu,
                             const std::optional<MotionPrior>& visual = std::nullopt);
 
-  // The same after a loss: no IMU factor over the gap, but what is known of the motion from the newest keyframe by its
-  // `gap` covariance (pose chart of `estimate`, may be very large), and what a new start knows by itself: roll, pitch
-  // and biases; of its speed only the order of magnitude, for the heading may be corrected by any angle later.
-  // Needs a keyframe.
+  // The same after a loss: a new map and no IMU factor over the gap, but what is known of the motion from the newest
+  // keyframe by its `gap` covariance (pose chart of `estimate`, may be very large), and what a new start knows by
+  // itself: roll, pitch and biases; of its speed only the order of magnitude, for the heading may be corrected by any
+  // angle later. Needs a keyframe.
   Expected<GraphUpdate> AddAfterGap(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
                                     const Matrix6d& gap);
 
@@ -76,6 +82,7 @@ class KeyframeGraph {
  private:
   struct Variables {
     VariableId pose, velocity, bias;
+    VariableId map;  // the pose by the odometry's map; that of the keyframe itself where the map begins
   };
 
   // `estimate` moved from the odometry's frame to where its step from the newest keyframe leads in the graph.
@@ -84,12 +91,13 @@ class KeyframeGraph {
   Expected<GraphUpdate> Commit(const OdometryEstimate& estimate, const NavState& guess, const Variables& added,
                                std::shared_ptr<const PointCloud> points);
   Variables AddVariables(const NavState& state);
+  // The map of `to` behind that of the newest keyframe, and the registration of `to` in it.
+  void AddMap(const OdometryEstimate& to, const NavState& guess, Variables& added);
+  void AddMapStep(const OdometryEstimate& to, VariableId map);
   void AddPrior(const OdometryEstimate& estimate, const Variables& at);
   void AddTiltPrior(const OdometryEstimate& estimate, const Variables& at);
   void AddBiasPrior(const OdometryEstimate& estimate, const Variables& at);
   void AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu, const ImuBias& bias);
-  void AddLidarOdometryFactor(const OdometryEstimate& from, const Variables& from_variables,
-                              const OdometryEstimate& to, const Variables& to_variables);
   void AddVisualOdometryFactor(const MotionPrior& motion, const Variables& to_variables);
   Expected<GraphUpdate> Solve();
   Matrix15d Covariance(const Variables& variables) const;
@@ -103,11 +111,5 @@ class KeyframeGraph {
   std::optional<OdometryEstimate> newest_;  // the odometry of the newest keyframe
   int loops_ = 0;
 };
-
-// The information (pose chart of the second pose) of a relative pose between two registrations of information `a` and
-// `b` against the same map: directions that either could not tell carry none; none is tighter than the given sigmas,
-// which stand for the errors that the map shares (m, rad).
-Matrix6d RelativeInformation(const Matrix6d& a, const Pose3& T_a_b, const Matrix6d& b, double position_sigma,
-                             double rotation_sigma);
 
 }  // namespace mlvi

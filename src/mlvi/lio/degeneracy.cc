@@ -81,10 +81,7 @@ DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d&
         (Vector6d() << Eigen::Vector3d::Zero(), rotation.axes.col(i)).finished());
   }
   const Eigen::Matrix3d R = R_world_body.toRotationMatrix();
-  Matrix6d to_pose_chart = Matrix6d::Identity();  // d(world position, rotation) / d(BoxMinus chart)
-  to_pose_chart.topLeftCorner<3, 3>() = R;
   Degeneracy& report = result.report;
-  report.information = to_pose_chart.transpose() * information * to_pose_chart;
   report.translation_directions = translation.count;
   report.translation_axes = translation.axes;
   report.rotation_directions = rotation.count;

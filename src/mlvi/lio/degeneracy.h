@@ -12,7 +12,7 @@ namespace mlvi {
 
 // The directions that a registration cannot tell, as motions of the whole pose.
 struct DegenerateDirections {
-  Degeneracy report;
+  Degeneracy report;  // without the information, which depends on what is made of these directions
   // Six-vectors [world translation; body rotation], translations first.
   std::vector<Vector6d> motions;
   // The axis when it is the only degenerate translation, for the next sweep.

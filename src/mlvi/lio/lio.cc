@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/lio.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -34,6 +35,9 @@ bool FitsWorse(const RegistrationResult& registration, double usual_share) {
   constexpr double kBad = 0.6;
   return Share(registration) < kBad * usual_share;
 }
+
+// Keeps MapTie::age finite: even the first sweep counts as not quite all of the map.
+constexpr double kMostReplaced = 0.99;
 
 bool IsFinite(const StateEstimate& estimate) {
   return BoxMinus(estimate.mean, FilterState()).allFinite() && estimate.covariance.allFinite();
@@ -77,6 +81,8 @@ struct Lio::Impl {
                               const Pose3& T_world_body, const StateEstimate& prior);
   RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
   void Accept(const StateEstimate& estimate);
+  double Insert(const SweepFeatures& features, const Pose3& T_world_body);
+  OdometryEstimate Reported(const RegistrationResult& registration, double age) const;
   LioResult Track(const SweepFeatures& features, const RegistrationResult& registration,
                   double silent);
   void JudgeFit(const RegistrationResult& registration, double silent);
@@ -98,6 +104,7 @@ struct Lio::Impl {
   std::optional<Eigen::Vector3d> lone_axis;  // of the last registration (FindDegeneracy)
   Matrix6d drift = Matrix6d::Zero();  // covariance of the map's own error at the pose of `estimate`
   LocalMap map;
+  double map_age = 0.0;  // MapTie
   Time last_registered;  // by a registration that converged
   // After a silence of the IMU: sweeps for which a bad fit means a wrong pose, and the share of
   // points that fit before.
@@ -212,9 +219,12 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
     const auto trajectory =
         samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
     features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
-    if (i + 1 < first.sweeps.size()) result.new_share = map.Insert(features, state.T_world_body);
     result.estimates.push_back(
-        {.state = state, .covariance = first.covariance, .degeneracy = first.degeneracies[i]});
+        {.state = state,
+         .covariance = first.covariance,
+         .degeneracy = first.degeneracies[i],
+         .map = MapTie{.covariance = StartInformation().inverse(), .age = map_age}});
+    if (i + 1 < first.sweeps.size()) result.new_share = Insert(features, state.T_world_body);
     AddPoseCovariance(WorldError(state.T_world_body), result.estimates.back().covariance);
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
@@ -229,7 +239,7 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   const StateEstimate anchored = AnchorToMap(first.states.back(), first.covariance);
   features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
   Accept(InTheirMap(features, anchored, result));
-  map.Insert(features, estimate.mean.nav.T_world_body);
+  Insert(features, estimate.mean.nav.T_world_body);
   result.estimates.back().state = estimate.mean.nav;
   drift = PoseCovariance(estimate.covariance) + error;
   last_registered = estimate.mean.nav.stamp;
@@ -300,6 +310,13 @@ void Lio::Impl::Accept(const StateEstimate& accepted) {
   Forget(estimate.mean.nav.stamp);
 }
 
+// Returns the share of the sweep that was new to the map.
+double Lio::Impl::Insert(const SweepFeatures& features, const Pose3& T_world_body) {
+  const double new_share = map.Insert(features, T_world_body);
+  map_age -= std::log1p(-std::min(new_share, kMostReplaced));
+  return new_share;
+}
+
 LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResult& registration,
                            double silent) {
   const StageTimes::Scope timer(times, "lio/map");
@@ -309,6 +326,7 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   if (registration.converged) last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
   result.reason = features.note;
+  const double age = map_age;
   JudgeFit(registration, silent);
   if (silent > 0.0) {
     result.reason = fmt::format(
@@ -320,14 +338,26 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   } else if (!registration.converged) {
     result.reason = "the registration did not converge: kept out of the map";
   } else {
-    result.new_share = map.Insert(features, estimate.mean.nav.T_world_body);
+    result.new_share = Insert(features, estimate.mean.nav.T_world_body);
   }
   drift = GrownDrift(drift, before, estimate, result.new_share);
-  result.estimates.push_back({.state = estimate.mean.nav,
-                              .covariance = ReportedCovariance(estimate, drift),
-                              .degeneracy = registration.degeneracy});
+  result.estimates.push_back(Reported(registration, age));
   result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   return result;
+}
+
+// `age` of the map when the sweep was registered.
+OdometryEstimate Lio::Impl::Reported(const RegistrationResult& registration, double age) const {
+  const NavState& nav = estimate.mean.nav;
+  const Matrix15d in_map = estimate.covariance.topLeftCorner<15, 15>();
+  OdometryEstimate reported{
+      .state = nav,
+      .covariance = ReportedCovariance(estimate, drift),
+      .degeneracy = registration.degeneracy,
+      .map = MapTie{.covariance = PoseChartCovariance(nav.T_world_body.R(), in_map), .age = age}};
+  // Such a pose is where the search ended, and no measurement of where the body is.
+  if (fits_badly) reported.degeneracy.information.setZero();
+  return reported;
 }
 
 void Lio::Impl::JudgeFit(const RegistrationResult& registration, double silent) {
@@ -379,6 +409,7 @@ LioResult Lio::Impl::GiveUp(const LidarSweep& sweep, const StateEstimate& prior,
   const double lost = (sweep.end() - last_registered).seconds();
   start.emplace(config, rig);
   map.Clear();
+  map_age = 0.0;
   lone_axis.reset();
   fits_badly = false;
   recovering = 0;

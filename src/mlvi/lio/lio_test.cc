@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
@@ -331,6 +332,25 @@ TEST_F(LioRejectionTest, SamplesAreForgottenWhileNoSweepIsOfUse) {
   LioResult result;
   for (int k = 3000; k < 3015; ++k) result = Give(k * kPeriod, At(k * kPeriod));
   EXPECT_EQ(result.status, LioResult::Status::kTracking);
+}
+
+TEST(Lio, TheMapAgesByWhatIsNewToIt) {
+  const Outcome outcome =
+      Play({.motion = {.speed = 1.5}, .config = {}, .without_sweeps = {}, .without_imu = {}});
+  double age = 0.0;
+  std::optional<double> new_share;  // of the sweep before
+  for (const LioResult& result : outcome.results) {
+    for (const OdometryEstimate& estimate : result.estimates) {
+      ASSERT_TRUE(estimate.map.has_value());
+      EXPECT_GE(estimate.map->age, age);
+      if (new_share) {
+        EXPECT_NEAR(estimate.map->age - age, -std::log1p(-*new_share), 1e-12);
+      }
+      age = estimate.map->age;
+    }
+    if (result.estimates.size() == 1) new_share = result.new_share;  // a start tells not all of its
+  }
+  EXPECT_GT(age, 1.0);
 }
 
 TEST(LioContract, NeedsALidar) {

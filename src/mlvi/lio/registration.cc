@@ -22,6 +22,13 @@ FilterMatrix PriorJacobian(const FilterState& x, const FilterState& prior) {
   return J;
 }
 
+// Information of the chart (world position, body rotation) in that of BoxMinus.
+Matrix6d InPoseChart(const Matrix6d& information, const Eigen::Matrix3d& R_world_body) {
+  Matrix6d J = Matrix6d::Identity();
+  J.topLeftCorner<3, 3>() = R_world_body;
+  return J.transpose() * information * J;
+}
+
 PoseColumnsMatrix PoseColumns(const FilterMatrix& P) {
   PoseColumnsMatrix columns;
   columns << P.middleCols<3>(nav_index::kPosition), P.middleCols<3>(nav_index::kRotation);
@@ -147,6 +154,7 @@ RegistrationResult Register(const SweepFeatures& features, const LocalMap& map,
       const FilterMatrix J_inverse = PriorJacobian(next, prior.mean).inverse();
       result.estimate = {next, J_inverse * update.covariance * J_inverse.transpose()};
       result.degeneracy = directions.report;
+      result.degeneracy.information = InPoseChart(sums.A, x.nav.T_world_body.R());
       result.lone_axis = directions.lone_axis;
       const bool small = Small(next, x, config);
       x = next;

@@ -184,6 +184,10 @@ TEST_F(RegistrationTest, InACorridorTheAxisIsFoundAndThePriorDecides) {
   EXPECT_NEAR(p.z(), truth_.translation().z(), 0.005);
   EXPECT_NEAR(std::sqrt(result.estimate.covariance(0, 0)), 0.1, 0.01);
   EXPECT_LT(std::sqrt(result.estimate.covariance(1, 1)), 0.01);
+  // What is reported is what was heard.
+  const Eigen::Vector3d axis = truth_.R().transpose() * result.degeneracy.translation_axes.col(0);
+  const Eigen::Matrix3d information = result.degeneracy.information.topLeftCorner<3, 3>();
+  EXPECT_LT(axis.dot(information * axis), 1e-3 * information.norm());
 }
 
 TEST_F(RegistrationTest, InACorridorSurfacesThatFaceAlongItTellTheAxis) {

@@ -35,7 +35,7 @@ SlamConfig CorrectingConfig(GraphFeedback feedback) {
   SlamConfig config;
   config.feedback = feedback;
   config.graph.keyframe_distance = 0.1;
-  config.graph.lidar_position_sigma = 0.02;
+  config.graph.map_position_sigma = 0.02;
   return config;
 }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ using PointCloud = std::vector<Eigen::Vector3f>;
 // Information of a registration along the six directions of the pose chart (BoxMinus: translation, then rotation, in the
 // body frame), and which of them the measurement could not tell.
 struct Degeneracy {
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();  // of the measurement alone
+  // Of the measurement alone, as far as the estimate heard it: singular along degenerate directions.
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   int translation_directions = 0;  // number of degenerate ones, 0..3
   int rotation_directions = 0;
   // Unit directions in the world frame, one column each, in the order of weakness; only the first n are degenerate.
@@ -30,11 +32,20 @@ struct Degeneracy {
   bool any() const { return translation_directions + rotation_directions > 0; }
 };
 
+// What an estimate has to do with the local map that its odometry registers in and makes at the same time.
+struct MapTie {
+  Matrix6d covariance = Matrix6d::Zero();  // of the pose in the map, given all measurements (pose chart)
+  // How many times the map had been replaced before: the sum of -log(1 - share) over the sweeps since its beginning, of
+  // whose points `share` were new. Between two estimates the map has been replaced but for exp(age_i - age_j).
+  double age = 0.0;
+};
+
 // A causal estimate by one odometry, valid at state.stamp.
 struct OdometryEstimate {
   NavState state;
   Matrix15d covariance = Matrix15d::Zero();
   Degeneracy degeneracy;
+  std::optional<MapTie> map;  // of an odometry that keeps one
 };
 
 // A guess of motion from another sensor: the relative pose between two instants with its covariance in the pose chart.
