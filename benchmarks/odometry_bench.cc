@@ -15,10 +15,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "bench_setup.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/eval/nees.h"
-#include "mlvi/io/rig_file.h"
 #include "mlvi/pipeline/slam.h"
 #include "mlvi/sim/recording.h"
 
@@ -26,16 +26,10 @@ namespace {
 
 using namespace mlvi;
 
-struct Options {
-  std::string sequence = "courtyard-easy";
-  std::string rig = "newer_college";
-  double seconds = 60.0;
-  double rest = 2.0;
+struct Options : BenchSetup {
   int first_seed = 1;
   int seeds = 1;
-  int threads = 0;
   bool json = false;
-  std::vector<std::string> assignments;
 };
 
 // One run's figures.
@@ -216,19 +210,8 @@ void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes, const char* what, 
 }
 
 int Run(const Options& options) {
-  const Expected<Rig> rig = LoadRig(options.rig);
   SlamConfig config;
-  ConfigDeclaration declaration = ConfigDeclaration::Of(config);
-  for (const std::string& assignment : options.assignments) {
-    if (const auto set = declaration.SetAssignment(assignment); !set) {
-      fmt::print(stderr, "{}\n", set.error().message);
-      return 1;
-    }
-  }
-  if (const auto agree = declaration.Check(); !agree) {
-    fmt::print(stderr, "{}\n", agree.error().message);
-    return 1;
-  }
+  const Expected<Rig> rig = Resolve(options, config);
   if (!rig) {
     fmt::print(stderr, "{}\n", rig.error().message);
     return 1;
@@ -251,15 +234,11 @@ int Run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
+  options.sequence = "courtyard-easy";
   CLI::App app("Odometry on simulated sequences: accuracy, consistency, speed, memory");
-  app.add_option("--sequence", options.sequence, "Name of the sequence (mlvi simulate --list)");
-  app.add_option("--rig", options.rig, "Rig file or name");
-  app.add_option("--seconds", options.seconds, "Length");
-  app.add_option("--rest", options.rest, "Seconds at rest at the beginning");
+  AddSetupOptions(app, options);
   app.add_option("--first-seed", options.first_seed, "First seed");
   app.add_option("--seeds", options.seeds, "Number of seeds");
-  app.add_option("--threads", options.threads, "Threads (0: all)");
-  app.add_option("--set", options.assignments, "Configuration: key=value");
   app.add_flag("--json", options.json, "One JSON object per run");
   CLI11_PARSE(app, argc, argv);
   return Run(options);

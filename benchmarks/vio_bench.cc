@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Accuracy, consistency and speed of visual-inertial odometry on simulated sequences with exact truth:
-//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache /tmp/images
-//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache /tmp/images --cameras cam0 --depth
+//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache images
+//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache images --cameras cam0 --depth
 // Prints one JSON object per run. Images take long to draw: they are kept in the cache.
 
 #include <fmt/format.h>
@@ -15,10 +15,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "bench_setup.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/eval/nees.h"
-#include "mlvi/io/rig_file.h"
 #include "mlvi/sim/recording.h"
 #include "mlvi/vio/vio.h"
 
@@ -26,14 +26,13 @@ namespace {
 
 using namespace mlvi;
 
-struct Options {
-  std::string sequence = "quad-easy", rig = "newer_college", cache = "vio_bench_images";
-  double seconds = 40.0, rate = 15.0, rest = 2.0, start_after = 0.0;
+struct Options : BenchSetup {
+  std::string cache = "vio_bench_images";
+  double rate = 15.0, start_after = 0.0;
   std::uint64_t seed = 1;
   int noise_seed = 1;
-  int threads = 0;
   bool exact = false, depth = false, no_start = false, verbose = false;
-  std::vector<std::string> cameras, assignments;
+  std::vector<std::string> cameras;
 };
 
 SequenceOptions MakeSequence(const Options& o, const Rig& rig) {
@@ -371,36 +370,26 @@ int RunOnce(const Options& options, const Rig& rig, const VioConfig& config) {
 
 int main(int argc, char** argv) {
   Options options;
+  options.sequence = "quad-easy";
+  options.seconds = 40.0;
   CLI::App app("Visual-inertial odometry on simulated sequences: accuracy, consistency, speed");
-  app.add_option("--sequence", options.sequence, "Name of the sequence (mlvi simulate --list)");
-  app.add_option("--rig", options.rig, "Rig file or name");
+  AddSetupOptions(app, options);
   app.add_option("--cache", options.cache, "Folder for drawn images");
-  app.add_option("--seconds", options.seconds, "Length");
   app.add_option("--rate", options.rate, "Sets of images per second");
-  app.add_option("--rest", options.rest, "Seconds at rest at the beginning");
   app.add_option("--seed", options.seed, "Of the sequence");
   app.add_option("--noise-seed", options.noise_seed, "Of the first state's error");
   app.add_option("--start-after", options.start_after, "Seconds until the start");
-  app.add_option("--threads", options.threads, "Threads (0: all)");
   app.add_option("--cameras", options.cameras, "Names; all without")->delimiter(',');
   app.add_flag("--exact", options.exact, "Cameras are where the rig file has them");
   app.add_flag("--depth", options.depth, "Depths from LiDAR");
   app.add_flag("--no-start", options.no_start, "No first state: cameras and IMU alone");
   app.add_flag("--verbose", options.verbose, "A line per set");
-  app.add_option("--set", options.assignments, "Configuration: key=value");
   CLI11_PARSE(app, argc, argv);
-  const auto rig = mlvi::LoadRig(options.rig);
+  mlvi::VioConfig config;
+  const auto rig = Resolve(options, config);
   if (!rig) {
     fmt::print(stderr, "{}\n", rig.error().message);
     return 1;
-  }
-  mlvi::VioConfig config;
-  mlvi::ConfigDeclaration declaration = mlvi::ConfigDeclaration::Of(config);
-  for (const std::string& assignment : options.assignments) {
-    if (const auto set = declaration.SetAssignment(assignment); !set) {
-      fmt::print(stderr, "{}\n", set.error().message);
-      return 1;
-    }
   }
   const mlvi::ThreadLimit threads(options.threads);
   return RunOnce(options, *rig, config);
