@@ -122,8 +122,9 @@ bool BagReader::ReadIndex(std::uint64_t position, std::uint32_t connections, std
     } else {
       const auto chunk = NumberField<std::uint64_t>(record->header, "chunk_pos");
       const auto start = TimeField(record->header, "start_time");
-      if (!IsOp(record->header, Op::kChunkInfo) || !chunk || !start) return false;
-      chunk_infos_.push_back({.position = *chunk, .start = *start});
+      const auto end = TimeField(record->header, "end_time");
+      if (!IsOp(record->header, Op::kChunkInfo) || !chunk || !start || !end) return false;
+      chunk_infos_.push_back({.position = *chunk, .start = *start, .end = *end});
     }
     position = record->end();
   }
@@ -290,6 +291,13 @@ Expected<std::optional<BagMessage>> BagReader::Next() {
     open_chunks_.erase(chunk);
   }
   return message;
+}
+
+std::optional<std::pair<Time, Time>> BagReader::span() const {
+  if (chunk_infos_.empty()) return std::nullopt;
+  Time end;
+  for (const ChunkInfo& chunk : chunk_infos_) end = std::max(end, chunk.end);
+  return std::pair(chunk_infos_.front().start, end);
 }
 
 double BagReader::Progress() const {

@@ -18,6 +18,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mlvi/base/error.h"
@@ -50,6 +51,8 @@ class BagReader {
   const std::map<std::uint32_t, BagConnection>& connections() const { return connections_; }
   // Whether the bag has a readable index.
   bool indexed() const { return indexed_; }
+  // Receipt times of the first and the last message by the index; empty without index, or without messages.
+  std::optional<std::pair<Time, Time>> span() const;
   const std::string& path() const { return path_; }
   std::uint64_t file_size() const { return file_size_; }
   // Share of the file consumed, in [0, 1].
@@ -58,7 +61,7 @@ class BagReader {
  private:
   struct ChunkInfo {
     std::uint64_t position = 0;  // of the chunk record in the file
-    Time start;                  // earliest receipt time
+    Time start, end;             // earliest and latest receipt time
     auto operator<=>(const ChunkInfo& other) const {
       if (const auto order = start <=> other.start; order != 0) return order;
       return position <=> other.position;

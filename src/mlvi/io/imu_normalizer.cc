@@ -38,7 +38,10 @@ ImuNormalizer::ImuNormalizer(const ImuSpec& spec, const std::vector<ImuSample>& 
                                  "to m/s^2 (imu.acceleration_unit says otherwise if need be)", median));
   }
   const double in_si = median * scale_;
-  if (!first.empty() && (in_si < 6.0 || in_si > 16.0)) {
+  if (!first.empty() && median == 0.0) {
+    notes_.push_back(fmt::format("imu: the {} samples of the first second hold no acceleration: all are zero, NaN or "
+                                 "infinite", first.size()));
+  } else if (!first.empty() && (in_si < 6.0 || in_si > 16.0)) {
     notes_.push_back(fmt::format("imu: the median acceleration of the first second is {:.3f} m/s^2, far from gravity: is it "
                                  "specific force, is imu.acceleration_unit right?", in_si));
   }

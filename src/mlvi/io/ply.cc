@@ -86,21 +86,22 @@ float Value(const char* vertex, const Property* property) {
 
 }  // namespace
 
-Expected<PlyWriter> PlyWriter::Create(const std::string& path, const std::string& comment) {
+Expected<PlyWriter> PlyWriter::Create(const std::string& path, const std::string& comment, PlyFields fields) {
   std::ofstream file(path, std::ios::binary);
   file << "ply\nformat binary_little_endian 1.0\n";
   if (!comment.empty()) file << "comment " << comment << '\n';
   file << "element vertex ";
   const std::streamoff count_position = file.tellp();
   file << std::string(kCountWidth, ' ')
-       << "\nproperty float x\nproperty float y\nproperty float z\nproperty float intensity\nend_header\n";
+       << "\nproperty float x\nproperty float y\nproperty float z\n"
+       << (fields == PlyFields::kPositionsAndIntensities ? "property float intensity\n" : "") << "end_header\n";
   if (!file) return CannotWrite(path);
-  return PlyWriter(path, std::move(file), count_position);
+  return PlyWriter(path, std::move(file), count_position, fields);
 }
 
 void PlyWriter::Write(const PlyPoint& point) {
   const float values[4] = {point.position.x(), point.position.y(), point.position.z(), point.intensity};
-  file_.write(reinterpret_cast<const char*>(values), sizeof(values));
+  file_.write(reinterpret_cast<const char*>(values), fields_ == PlyFields::kPositions ? 12 : 16);
   ++count_;
 }
 

@@ -18,12 +18,15 @@ struct PlyPoint {
   float intensity = 0.0F;
 };
 
+enum class PlyFields { kPositions, kPositionsAndIntensities };
+
 // Writes a point cloud as binary little-endian PLY (float x, y, z, intensity), point by point: a map need not be in
 // memory as a whole. The number of points is filled in by Close().
 class PlyWriter {
  public:
   // `comment` goes into the header; say which frame the points are in.
-  static Expected<PlyWriter> Create(const std::string& path, const std::string& comment = "");
+  static Expected<PlyWriter> Create(const std::string& path, const std::string& comment = "",
+                                    PlyFields fields = PlyFields::kPositionsAndIntensities);
 
   void Write(const PlyPoint& point);
   std::uint64_t count() const { return count_; }
@@ -31,12 +34,13 @@ class PlyWriter {
   Expected<void> Close();
 
  private:
-  PlyWriter(std::string path, std::ofstream file, std::streamoff count_position)
-      : path_(std::move(path)), file_(std::move(file)), count_position_(count_position) {}
+  PlyWriter(std::string path, std::ofstream file, std::streamoff count_position, PlyFields fields)
+      : path_(std::move(path)), file_(std::move(file)), count_position_(count_position), fields_(fields) {}
 
   std::string path_;
   std::ofstream file_;
   std::streamoff count_position_;
+  PlyFields fields_;
   std::uint64_t count_ = 0;
 };
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/io/ros_bag_source.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 #include "mlvi/base/config.h"
@@ -19,6 +21,8 @@ constexpr char kUnreadable[] = "unreadable message";
 constexpr std::int64_t kHopelessMessages = 10;
 // Messages read ahead of the caller when there are images to decode: about two sets of six cameras and the IMU between.
 constexpr std::size_t kReadAhead = 32;
+// Parts of one recording follow one another; a recorder's buffers may hold a little of both.
+constexpr double kLargestOverlap = 1.0;  // s
 
 using TopicTypes = std::map<std::string, std::string>;
 
@@ -48,6 +52,15 @@ std::vector<ImuSample> FirstImuSamples(BagReader& reader, const std::string& top
     if (sample && sample->stamp - samples.front().stamp > Duration::FromMilliseconds(1000)) break;
   }
   return samples;
+}
+
+// "'no valid point' 10, 'unreadable message' 4"
+std::string ReasonList(const StreamCounts& counts) {
+  std::string list;
+  for (const auto& [reason, count] : counts.dropped) {
+    list += fmt::format("{}'{}' {}", list.empty() ? "" : ", ", reason, count);
+  }
+  return list;
 }
 
 }  // namespace
@@ -97,29 +110,88 @@ Expected<void> RosBagSource::SelectStreams() {
 // Opens every bag once: better now than after an hour.
 Expected<void> RosBagSource::Inspect() {
   bool complete = true;
-  std::vector<ImuSample> first;
+  std::vector<std::optional<std::pair<Time, Time>>> spans;
   for (const std::string& path : paths_) {
     auto reader = BagReader::Open(path);
     if (!reader) return tl::unexpected(reader.error());
     bytes_total_ += (*reader)->file_size();
     complete = complete && (*reader)->indexed();
-    if (first.empty()) first = FirstImuSamples(**reader, rig_.imu.topic);
+    spans.push_back((*reader)->span());
     for (const auto& [id, connection] : (*reader)->connections()) topics_[connection.topic] = connection.type;
   }
-  imu_.emplace(rig_.imu, first);
-  if (!options_.cameras_required) LeaveOutAbsentCameras(complete);
+  if (auto ordered = PutInOrder(spans); !ordered) return ordered;
+  imu_.emplace(rig_.imu, FirstSamples());
+  if (!options_.cameras_required) {
+    if (auto left = LeaveOutAbsentCameras(complete); !left) return left;
+  }
   return CheckTopics(topics_, complete);
 }
 
-void RosBagSource::LeaveOutAbsentCameras(bool complete) {
-  if (!complete) return;  // a bag without index may still show them
+Expected<void> RosBagSource::PutInOrder(const std::vector<std::optional<std::pair<Time, Time>>>& spans) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    if (!spans[i]) return {};  // without all indices nobody knows
+    order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return spans[a]->first < spans[b]->first; });
+  std::vector<std::string> paths;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    paths.push_back(paths_[order[i]]);
+    if (i == 0) continue;
+    const double overlap = (spans[order[i - 1]]->second - spans[order[i]]->first).seconds();
+    if (overlap > kLargestOverlap) {
+      return MakeError(ErrorKind::kConfiguration,
+                       "bags '{}' and '{}' overlap by {:.1f} s: several bags must be the parts of one recording, one "
+                       "after the other. Give each of them once; if they hold different topics of one time, merge them "
+                       "into one bag first",
+                       paths[i - 1], paths[i], overlap);
+    }
+  }
+  if (paths != paths_) {
+    notes_.push_back(fmt::format("bags are read in the order of their times: {}", fmt::join(paths, ", ")));
+    paths_ = paths;
+  }
+  return {};
+}
+
+// Of the first bag that has any.
+std::vector<ImuSample> RosBagSource::FirstSamples() const {
+  for (const std::string& path : paths_) {
+    auto reader = BagReader::Open(path);
+    if (!reader) continue;  // it was there a moment ago; reading it will tell
+    if (auto samples = FirstImuSamples(**reader, rig_.imu.topic); !samples.empty()) return samples;
+  }
+  return {};
+}
+
+Expected<void> RosBagSource::LeaveOutAbsentCameras(bool complete) {
+  if (!complete) return {};  // a bag without index may still show them
+  const auto absent = [&](const CameraSpec& camera) {
+    return streams_.contains(camera.topic) && !topics_.contains(camera.topic);
+  };
+  std::vector<CameraSpec> present;
   for (const CameraSpec& camera : rig_.cameras) {
-    if (!streams_.contains(camera.topic) || topics_.contains(camera.topic)) continue;
+    if (!absent(camera)) {
+      if (const auto stream = streams_.find(camera.topic); stream != streams_.end()) {
+        stream->second.camera = static_cast<int>(present.size());
+      }
+      present.push_back(camera);
+      continue;
+    }
     streams_.erase(camera.topic);
     counts_.erase(camera.topic);
-    absent_cameras_.push_back(fmt::format("{}: topic '{}' is not in the recording; the camera is not used", camera.name,
-                                          camera.topic));
+    notes_.push_back(fmt::format("{}: topic '{}' is not in the recording; the camera is not used", camera.name,
+                                 camera.topic));
   }
+  const bool none = present.empty() && !rig_.cameras.empty();
+  if (none && !options_.use_lidar) {
+    return MakeError(kKind, "none of the topics of rig '{}' with images is in '{}', and there is no LiDAR to do without "
+                     "them: correct cameras[].topic in the rig file. Topics there:{}",
+                     rig_.name, paths_.front(), TopicList(topics_));
+  }
+  rig_.cameras = std::move(present);
+  return {};
 }
 
 Expected<void> RosBagSource::CheckTopics(const TopicTypes& types, bool complete) const {
@@ -189,12 +261,18 @@ std::optional<BagMessage> RosBagSource::NextMessage() {
     auto message = reader_ ? reader_->Next() : Expected<std::optional<BagMessage>>();
     if (message && *message) return **message;
     if (!message) {
-      if (!damage_) damage_ = message.error();
+      if (!damage_) {
+        damage_ = message.error();
+        ending_ = reader_->indexed() ? Ending::kDamaged : Ending::kTruncated;
+      }
       continue;  // the reader is at its end now
     }
     const auto opened = OpenNextBag();
     if (opened && *opened) continue;
-    if (!opened && !damage_) damage_ = opened.error();
+    if (!opened && !damage_) {
+      damage_ = opened.error();
+      ending_ = Ending::kTruncated;
+    }
     return std::nullopt;
   }
 }
@@ -214,6 +292,16 @@ bool RosBagSource::CamerasDecide() const {
   return images == 0;
 }
 
+std::string RosBagSource::NothingUsable(const std::string& topic, const StreamCounts& counts) const {
+  if (const auto why = unreadable_.find(topic); why != unreadable_.end()) {
+    return fmt::format("no message of topic '{}' can be read: {}", topic, why->second);
+  }
+  std::string text = fmt::format("no message of topic '{}' can be used: {} of {} were dropped ({})", topic,
+                                 counts.messages, counts.messages, ReasonList(counts));
+  if (lidar_ && topic == rig_.lidar->topic) text += fmt::format(". {}", fmt::join(lidar_->notes(), ". "));
+  return text;
+}
+
 // What is wrong with the recording as a whole, once.
 std::optional<Error> RosBagSource::TakeFinalError() {
   if (finished_) return std::nullopt;
@@ -223,13 +311,15 @@ std::optional<Error> RosBagSource::TakeFinalError() {
     return streams_.at(topic).sensor != Sensor::kCamera || cameras_decide;
   };
   for (const auto& [topic, counts] : counts_) {
-    if (counts.delivered == 0 && unreadable_.contains(topic) && matters(topic)) {
-      return Error{kKind, fmt::format("no message of topic '{}' can be read: {}", topic, unreadable_.at(topic))};
+    if (counts.delivered == 0 && !counts.dropped.empty() && matters(topic)) {
+      ending_ = Ending::kUnusable;
+      return Error{kKind, NothingUsable(topic, counts)};
     }
   }
   if (damage_) return damage_;
   for (const auto& [topic, counts] : counts_) {
     if (counts.messages == 0 && matters(topic)) {
+      ending_ = Ending::kUnusable;
       return Error{kKind, fmt::format("no message on topic '{}' (rig field {}) in '{}'", topic,
                                       streams_.at(topic).rig_field, paths_.front())};
     }
@@ -355,10 +445,28 @@ std::map<std::string, StreamCounts> RosBagSource::Counts() const {
   return counts;
 }
 
+std::string RosBagSource::SensorName(const Stream& stream) const {
+  if (stream.sensor == Sensor::kImu) return "imu";
+  if (stream.sensor == Sensor::kLidar) return "lidar";
+  return rig_.cameras[static_cast<std::size_t>(stream.camera)].name;
+}
+
+std::map<std::string, std::map<std::string, std::int64_t>> RosBagSource::Dropped() const {
+  std::map<std::string, std::map<std::string, std::int64_t>> dropped;
+  for (const auto& [topic, stream] : streams_) dropped[SensorName(stream)] = counts_.at(topic).dropped;
+  return dropped;
+}
+
 std::vector<std::string> RosBagSource::Notes() const {
   std::vector<std::string> notes = imu_->notes();
-  notes.insert(notes.end(), absent_cameras_.begin(), absent_cameras_.end());
+  notes.insert(notes.end(), notes_.begin(), notes_.end());
   if (lidar_) notes.insert(notes.end(), lidar_->notes().begin(), lidar_->notes().end());
+  for (const auto& [topic, stream] : streams_) {
+    const StreamCounts& counts = counts_.at(topic);
+    if (counts.dropped.empty()) continue;
+    notes.push_back(fmt::format("{}: of {} messages these were dropped: {}", SensorName(stream), counts.messages,
+                                ReasonList(counts)));
+  }
   for (const auto& [topic, why] : unreadable_) notes.push_back(fmt::format("{}: unreadable message: {}", topic, why));
   if (damage_) notes.push_back(damage_->message);
   return notes;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mlvi/base/background_tasks.h"
@@ -28,8 +29,8 @@ struct RosBagSourceOptions {
   double image_tolerance = 0.005;         // s, between images of one instant (ImageSchedule)
 };
 
-// Reads one or several ROS 1 bags, the parts of one recording in their order: each is opened when the one before has
-// ended. Memory does not depend on their length.
+// Reads one or several ROS 1 bags, the parts of one recording: each is opened when the one before has ended. Bags with an
+// index are put in the order of their times. Memory does not depend on their length.
 //
 // IMU: sensor_msgs/Imu. LiDAR: sensor_msgs/PointCloud2 of any layout, or Livox CustomMsg. Cameras: sensor_msgs/Image
 // (8-bit) or CompressedImage, as grey images of the size that the rig states; they are decoded ahead by free threads. A
@@ -40,7 +41,8 @@ struct RosBagSourceOptions {
 class RosBagSource : public MeasurementSource {
  public:
   // Looks at all bags (indices only) before it starts. Errors (kInput): a file that is missing, empty or no bag; a topic
-  // of the rig that no bag holds. Errors (kConfiguration): a camera that the rig does not have, a LiDAR that it has not.
+  // of the rig that no bag holds. Errors (kConfiguration): a camera that the rig does not have, a LiDAR that it has not,
+  // bags that overlap in time (one given twice, topics parted into several bags).
   static Expected<std::unique_ptr<RosBagSource>> Open(const std::vector<std::string>& paths, const Rig& rig,
                                                       const RosBagSourceOptions& options = {});
 
@@ -48,6 +50,20 @@ class RosBagSource : public MeasurementSource {
   double Progress() const override;
   std::map<std::string, StreamCounts> Counts() const override;
   std::vector<std::string> Notes() const override;
+
+  // The rig without the cameras that were left out because no bag holds them: images count its cameras.
+  const Rig& rig() const { return rig_; }
+  // What the messages dropped here belong to: reason -> count, by "imu", "lidar" or the camera's name.
+  std::map<std::string, std::map<std::string, std::int64_t>> Dropped() const;
+
+  // How the reading ended, once Next() has returned an Error or the end.
+  enum class Ending {
+    kWhole,
+    kUnusable,   // a sensor that matters delivered nothing usable
+    kTruncated,  // a bag without index: its end is missing
+    kDamaged,    // damage within a bag
+  };
+  Ending ending() const { return ending_; }
 
  private:
   // A topic to read: the sensor it belongs to.
@@ -70,7 +86,10 @@ class RosBagSource : public MeasurementSource {
   RosBagSource(std::vector<std::string> paths, const Rig& rig, const RosBagSourceOptions& options);
   Expected<void> SelectStreams();
   Expected<void> Inspect();
-  void LeaveOutAbsentCameras(bool complete);
+  Expected<void> PutInOrder(const std::vector<std::optional<std::pair<Time, Time>>>& spans);
+  std::vector<ImuSample> FirstSamples() const;
+  Expected<void> LeaveOutAbsentCameras(bool complete);
+  std::string SensorName(const Stream& stream) const;
   Expected<void> CheckTopics(const std::map<std::string, std::string>& types, bool complete) const;
   Expected<bool> OpenNextBag();
   void ReadAhead();
@@ -84,6 +103,7 @@ class RosBagSource : public MeasurementSource {
   void Drop(const std::string& topic, const std::string& reason, const Error& error, StreamCounts& counts);
   bool IsHopeless(const Stream& stream, const StreamCounts& counts) const;
   bool CamerasDecide() const;
+  std::string NothingUsable(const std::string& topic, const StreamCounts& counts) const;
   std::optional<Error> TakeFinalError();
 
   std::vector<std::string> paths_;
@@ -102,9 +122,10 @@ class RosBagSource : public MeasurementSource {
   bool all_read_ = false;
   std::map<std::string, StreamCounts> counts_;
   std::map<std::string, std::string> unreadable_;  // topic -> why the first unreadable message was so
-  std::vector<std::string> absent_cameras_;        // notes
+  std::vector<std::string> notes_;                 // on bags and cameras
   std::map<std::string, std::string> topics_;      // of all bags: topic -> type
   std::optional<Error> damage_;
+  Ending ending_ = Ending::kWhole;
   bool finished_ = false;
 };
 
