@@ -35,12 +35,6 @@ int BrightPercentile(const Image& image) {
   return 255;
 }
 
-std::int64_t Sum(const std::map<std::string, std::int64_t>& counts) {
-  std::int64_t sum = 0;
-  for (const auto& [reason, count] : counts) sum += count;
-  return sum;
-}
-
 }  // namespace
 
 void CameraWatchConfig::Declare(ConfigDeclaration& d) {
@@ -153,19 +147,19 @@ void CameraWatch::Conclude() {
 Health CameraWatch::Judge(const Watched& camera) const {
   const StreamReport& report = camera.report;
   if (report.used == 0) {
-    return {HealthLevel::kFailed, report.received == 0 ? "no image arrived" : "no image could be used"};
+    if (report.received == 0) return {HealthLevel::kFailed, "no image arrived"};
+    return {HealthLevel::kFailed, "no image could be used: " + DroppedText(report, "images")};
   }
   if (camera.silent) {
     return {HealthLevel::kFailed, fmt::format("no image after {}, {:.1f} s before the end", ToString(camera.newest),
                                               (now_ - camera.newest).seconds())};
   }
   const auto received = static_cast<double>(report.received);
-  const std::int64_t unusable = Sum(report.dropped);
   if (camera.frozen >= kReportAfter) {
     return {HealthLevel::kDegraded, fmt::format("frozen in {} of {} images", camera.frozen, report.received)};
   }
-  if (static_cast<double>(unusable) > config_.degraded_share * received) {
-    return {HealthLevel::kDegraded, fmt::format("{} of {} images dropped", unusable, report.received)};
+  if (SuffersFromDrops(report, config_.degraded_share)) {
+    return {HealthLevel::kDegraded, DroppedText(report, "images")};
   }
   if (static_cast<double>(camera.dark) > config_.degraded_share * received) {
     return {HealthLevel::kDegraded, fmt::format("dark in {} of {} images", camera.dark, report.received)};

@@ -63,9 +63,9 @@ bool Sequencer::Admit(const std::string& name, Time stamp) {
     stream.behind = step < 0.0;
     Drop(name, step == 0.0 ? "duplicate stamp" : "stamp goes back in time", stamp,
          !report ? ""
-                 : fmt::format("{}: time jumps back by {:.3f} s at {}; its measurements are dropped until it passes {} "
-                               "again. Likely a clock reset or bags given in the wrong order: check with `mlvi info`.",
-                               name, -step, ToString(stamp), ToString(stream.newest)));
+                 : fmt::format("time jumps back by {:.3f} s at {}; measurements are dropped until it passes {} again. "
+                               "Likely a clock reset: see the stamps with `mlvi info`, and cut the recording there.",
+                               -step, ToString(stamp), ToString(stream.newest)));
     return false;
   }
   const bool confirmed =
@@ -73,8 +73,8 @@ bool Sequencer::Admit(const std::string& name, Time stamp) {
   if (step > config_.max_future_jump && !confirmed) {
     stream.ahead = stamp;
     Drop(name, "stamp far in the future", stamp,
-         fmt::format("{}: stamp {} is {:.1f} s ahead of its predecessor; dropped unless the next one confirms it.",
-                     name, ToString(stamp), step));
+         fmt::format("stamp {} is {:.1f} s ahead of its predecessor; dropped unless the next one confirms it.",
+                     ToString(stamp), step));
     return false;
   }
   stream = Stream{.newest = stamp, .behind = false, .ahead = Time()};
@@ -103,9 +103,11 @@ void Sequencer::GiveUpWaiting(Time now) {
     Drop(name, "not covered by IMU", available,
          dropped_[name]["not covered by IMU"] > 0
              ? ""
-             : fmt::format("{}: measurement at {} dropped, the IMU did not reach it within {:.2f} s (last IMU sample: "
-                           "{}). Likely an IMU drop-out or clocks that differ: check the rig's time_offset.",
-                           name, ToString(available), config_.max_imu_wait, ToString(newest_imu_)));
+             : fmt::format("measurement at {} dropped, the IMU did not reach it within {:.2f} s ({}). Likely an IMU "
+                           "drop-out or clocks that differ: check the rig's time_offset.",
+                           ToString(available), config_.max_imu_wait,
+                           newest_imu_.valid() ? "its last sample: " + ToString(newest_imu_)
+                                               : "it has delivered no usable sample so far"));
     waiting_.pop_front();
   }
 }

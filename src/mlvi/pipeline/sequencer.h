@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mlvi/base/config.h"
+#include "mlvi/pipeline/stream_report.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/state/health.h"
 
@@ -44,8 +45,7 @@ class Sequencer {
   // At the end of the recording: what is still held and covered by the IMU leaves, the rest is counted as dropped.
   std::vector<Measurement> Flush();
 
-  // reason -> count, by stream ("imu", "lidar", the name of a camera).
-  const std::map<std::string, std::map<std::string, std::int64_t>>& dropped() const { return dropped_; }
+  const DropCounts& dropped() const { return dropped_; }
 
  private:
   struct Stream {
@@ -66,7 +66,7 @@ class Sequencer {
   std::map<std::string, Stream> streams_;
   Time newest_imu_;
   std::deque<Measurement> waiting_;  // sweeps and images in order of their last instant
-  std::map<std::string, std::map<std::string, std::int64_t>> dropped_;
+  DropCounts dropped_;
 };
 
 }  // namespace mlvi

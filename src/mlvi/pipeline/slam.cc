@@ -45,13 +45,16 @@ void Slam::Process(const Measurement& measurement) {
   for (const Measurement& ordered : sequencer_.Push(measurement)) ProcessOrdered(ordered);
 }
 
-void Slam::Finish() {
+void Slam::Finish(const DropCounts& dropped) {
   for (const Measurement& ordered : sequencer_.Flush()) ProcessOrdered(ordered);
   if (visual_) {
     for (const ImageSet& set : visual_->Flush()) ProcessImages(set);
-    visual_->Conclude(sequencer_.dropped());
+    visual_->AddDropped(sequencer_.dropped());
+    visual_->AddDropped(dropped);
+    visual_->Conclude();
   }
   supervisor_.AddDropped(sequencer_.dropped());
+  supervisor_.AddDropped(dropped);
   supervisor_.Conclude();
 }
 
@@ -79,9 +82,10 @@ void Slam::ProcessImu(const ImuSample& sample) {
 
 void Slam::ProcessSweep(const LidarSweep& sweep) {
   const StageTimes::Scope scope(*times_, "sweep");
-  const LioResult result = lio_->Process(sweep, imu_.Between(imu_needed_from_, sweep.end()));
+  const std::vector<ImuSample> imu = imu_.Between(imu_needed_from_, sweep.end());
+  const LioResult result = lio_->Process(sweep, imu);
   imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
-  supervisor_.Observe(sweep, result);
+  supervisor_.Observe(sweep, result, imu);
   if (result.lost) current_.reset();
   if (result.gap) gap_ = result.gap;
   for (std::size_t i = 0; i < result.estimates.size(); ++i) TakeEstimate(result.estimates[i], result.clouds[i]);

@@ -49,7 +49,8 @@ class Slam {
   // Takes one measurement in arrival order.
   void Process(const Measurement& measurement);
   // Ends the recording: processes what was held back and concludes the report. Call once; also after an interruption.
-  void Finish();
+  // `dropped`: measurements that did not even come here, by stream ("imu", "lidar", a camera's name) and reason.
+  void Finish(const DropCounts& dropped = {});
 
   // Events reach subscribers while Process runs.
   EventBus& events() { return events_; }

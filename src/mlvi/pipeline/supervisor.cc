@@ -9,16 +9,9 @@
 namespace mlvi {
 namespace {
 
-bool IsSaturated(const ImuSample& sample, const ImuSpec& imu) {
-  return sample.linear_acceleration.cwiseAbs().maxCoeff() >= 0.999 * imu.accelerometer_saturation ||
-         sample.angular_velocity.cwiseAbs().maxCoeff() >= 0.999 * imu.gyroscope_saturation;
-}
-
-std::int64_t Sum(const std::map<std::string, std::int64_t>& counts) {
-  std::int64_t sum = 0;
-  for (const auto& [reason, count] : counts) sum += count;
-  return sum;
-}
+// When findings about a stream as a whole are announced for the first time.
+constexpr std::int64_t kEarlyIntervals = 50;
+constexpr std::int64_t kEarlySamples = 200;
 
 }  // namespace
 
@@ -29,33 +22,57 @@ void SupervisorConfig::Declare(ConfigDeclaration& d) {
           "So many sweeps in a row without a valid registration, and the odometry counts as lost", {1, 1e6});
   d.Field("degraded_share", degraded_share, "",
           "A stream with a larger share of dropped measurements is degraded", {0.0, 1.0});
+  d.Field("rate_tolerance", rate_tolerance, "",
+          "A stream whose rate is farther from the rig's, relatively, is degraded", {0.01, 1e4});
+  d.Field("missing_share", missing_share, "",
+          "A stream that lacks a larger share of measurements between others is degraded", {0.001, 1.0});
+  d.Field("max_bias_sigmas", max_bias_sigmas, "",
+          "A larger bias at the end, in initial sigmas of the rig's IMU and per axis, degrades the odometry",
+          {1.0, 1e4});
 }
 
 Supervisor::Supervisor(const SupervisorConfig& config, const Rig& rig, const EventBus& events)
-    : config_(config), imu_(rig.imu), events_(events) {
-  streams_["imu"];
-  if (rig.lidar) {
-    streams_["lidar"];
-    lidar_period_ = 1.0 / rig.lidar->rate_hz;
-  }
+    : config_(config), imu_(rig.imu, rig.gravity), mount_(rig, MountLimits{.bias_sigmas = config.max_bias_sigmas}), events_(events) {
+  const auto add = [&](const std::string& name, const std::string& what, double rate_hz, double gap_periods) {
+    streams_[name];
+    const RateLimits limits{.tolerance = config.rate_tolerance,
+                            .missing_share = config.missing_share,
+                            .pause_periods = gap_periods};
+    paces_.insert({name, Pace{.rate = RateWatch(rate_hz, limits),
+                              .period = 1.0 / rate_hz,
+                              .gap_periods = gap_periods,
+                              .gap_key = "supervisor." + name + "_gap_periods",
+                              .what = what,
+                              .rate_key = name + ".rate_hz"}});
+  };
+  add("imu", "samples", rig.imu.rate_hz, config.imu_gap_periods);
+  if (rig.lidar) add("lidar", "sweeps", rig.lidar->rate_hz, config.lidar_gap_periods);
 }
 
 void Supervisor::Observe(const ImuSample& sample) {
   StreamReport& report = streams_["imu"];
   ++report.received;
   ++report.used;
-  if (IsSaturated(sample, imu_)) ++saturated_;
-  ObserveGap("imu", last_imu_, sample.stamp, config_.imu_gap_periods / imu_.rate_hz,
-             "motion is held over the gap with grown uncertainty");
-  last_imu_ = sample.stamp;
+  imu_.Observe(sample);
+  ObservePace("imu", paces_.at("imu"), sample.stamp, "motion is held over the gap with grown uncertainty");
+  AnnounceImu(sample.stamp);
 }
 
-void Supervisor::Observe(const LidarSweep& sweep, const LioResult& result) {
+// What makes every estimate worthless is said early, not after an hour.
+void Supervisor::AnnounceImu(Time now) {
+  if (imu_announced_ || streams_["imu"].used < kEarlySamples) return;
+  imu_announced_ = true;
+  for (const Health& finding : imu_.Findings()) {
+    if (finding.level != HealthLevel::kFailed) continue;
+    events_.Raise({.stamp = now, .severity = Severity::kError, .source = "imu", .message = finding.reason + "."});
+  }
+}
+
+void Supervisor::Observe(const LidarSweep& sweep, const LioResult& result, std::span<const ImuSample> imu) {
   StreamReport& report = streams_["lidar"];
   ++report.received;
-  ObserveGap("lidar", last_sweep_end_, sweep.end(), config_.lidar_gap_periods * lidar_period_,
-             "the IMU alone carries the estimate over the gap");
-  last_sweep_end_ = sweep.end();
+  ObservePace("lidar", paces_.at("lidar"), sweep.end(), "the IMU alone carries the estimate over the gap");
+  mount_.Observe(result, imu);
   if (result.status == LioResult::Status::kRejected) {
     if (report.dropped[result.rejection]++ == 0) {
       events_.Raise({.stamp = sweep.stamp, .severity = Severity::kWarning, .source = "lidar",
@@ -65,6 +82,7 @@ void Supervisor::Observe(const LidarSweep& sweep, const LioResult& result) {
     report.used += static_cast<std::int64_t>(result.estimates.size());
   } else {
     ++pending_sweeps_;
+    odometry_.waiting_for = result.reason;
   }
   ObserveTracking(sweep, result);
 }
@@ -131,22 +149,34 @@ void Supervisor::ObserveFailures(const LidarSweep& sweep, const LioResult& resul
                             "range; the poses from there on are not to be trusted."});
 }
 
-void Supervisor::ObserveGap(const std::string& name, Time previous, Time now, double limit,
-                            const std::string& remedy) {
-  if (!previous.valid()) return;
-  const double gap = (now - previous).seconds();
+void Supervisor::ObservePace(const std::string& name, Pace& pace, Time now, const std::string& remedy) {
+  if (pace.newest.valid() && now > pace.newest) {
+    ObserveGap(name, pace, now, remedy);
+    pace.rate.Add(now - pace.newest);
+  }
+  pace.newest = now;
+  if (pace.announced || pace.rate.intervals() < kEarlyIntervals) return;
+  pace.announced = true;
+  if (const std::string finding = pace.rate.Finding(pace.what, pace.rate_key); !finding.empty()) {
+    events_.Raise({.stamp = now, .severity = Severity::kWarning, .source = name, .message = finding + "."});
+  }
+}
+
+void Supervisor::ObserveGap(const std::string& name, const Pace& pace, Time now, const std::string& remedy) {
+  const double gap = (now - pace.newest).seconds();
+  const double limit = pace.gap_periods * pace.period;
   if (gap <= limit) return;
   StreamReport& report = streams_[name];
   report.longest_gap = std::max(report.longest_gap, gap);
   if (report.gaps++ == 0) {
     events_.Raise({.stamp = now, .severity = Severity::kWarning, .source = name,
-                   .message = fmt::format("gap of {:.3f} s before {} (nominal period below {:.4f} s): {}. Further gaps "
-                                          "are counted in the summary.",
-                                          gap, ToString(now), limit, remedy)});
+                   .message = fmt::format("gap of {:.3f} s before {} (nominal {:.4g} s; a gap from {:.4g} s on, {}): {}. "
+                                          "Further gaps, and what was dropped, are counted in the summary.",
+                                          gap, ToString(now), pace.period, limit, pace.gap_key, remedy)});
   }
 }
 
-void Supervisor::AddDropped(const std::map<std::string, std::map<std::string, std::int64_t>>& dropped) {
+void Supervisor::AddDropped(const DropCounts& dropped) {
   for (const auto& [name, reasons] : dropped) {
     if (!streams_.contains(name)) continue;  // a camera: CameraWatch takes it over
     for (const auto& [reason, count] : reasons) {
@@ -156,24 +186,40 @@ void Supervisor::AddDropped(const std::map<std::string, std::map<std::string, st
   }
 }
 
+Health Supervisor::Judge(const std::string& name, const StreamReport& report) const {
+  const Pace& pace = paces_.at(name);
+  const std::int64_t lost = DroppedTotal(report);
+  if (report.received == 0) return {HealthLevel::kFailed, fmt::format("no {} arrived", pace.what)};
+  if (report.used == 0) {
+    return {HealthLevel::kFailed, "none used" + (lost > 0 ? ": " + DroppedText(report, pace.what) : "")};
+  }
+  Health health;
+  const bool back = report.dropped.contains("stamp goes back in time");
+  if (back) {
+    Worsen(health, {HealthLevel::kDegraded, fmt::format("time jumped back, {} {} dropped until it was passed",
+                                                        report.dropped.at("stamp goes back in time"), pace.what)});
+  }
+  // A few dropped ones do no harm, but where there are gaps they are the likely cause.
+  if (SuffersFromDrops(report, config_.degraded_share) || (lost > 0 && report.gaps > 0 && !back)) {
+    Worsen(health, {HealthLevel::kDegraded, DroppedText(report, pace.what)});
+  }
+  if (report.gaps > 0) {
+    Worsen(health, {HealthLevel::kDegraded,
+                    fmt::format("{} gaps, the longest {:.3f} s", report.gaps, report.longest_gap)});
+  }
+  if (const std::string finding = pace.rate.Finding(pace.what, pace.rate_key); !finding.empty()) {
+    Worsen(health, {HealthLevel::kDegraded, finding});
+  }
+  return health;
+}
+
 void Supervisor::Conclude() {
   for (auto& [name, report] : streams_) {
-    const std::int64_t lost = Sum(report.dropped);
-    if (report.used == 0) {
-      report.health = {HealthLevel::kFailed, report.received == 0 ? "no measurement arrived" : "no measurement used"};
-    } else if (static_cast<double>(lost) > config_.degraded_share * static_cast<double>(report.received)) {
-      report.health = {HealthLevel::kDegraded, fmt::format("{} of {} measurements dropped", lost, report.received)};
-    } else if (report.dropped.contains("stamp goes back in time")) {
-      report.health = {HealthLevel::kDegraded, fmt::format("time jumped back, {} measurements dropped until it was passed",
-                                                           report.dropped.at("stamp goes back in time"))};
-    } else if (report.gaps > 0) {
-      report.health = {HealthLevel::kDegraded,
-                       fmt::format("{} gaps, the longest {:.3f} s", report.gaps, report.longest_gap)};
-    }
+    report.health = Judge(name, report);
+    report.rate_hz = paces_.at(name).rate.Measured();
   }
-  if (saturated_ > 0 && streams_["imu"].health.level == HealthLevel::kHealthy) {
-    streams_["imu"].health = {HealthLevel::kDegraded, fmt::format("{} samples at saturation", saturated_)};
-  }
+  for (const Health& finding : imu_.Findings()) Worsen(streams_["imu"].health, finding);
+  for (const std::string& finding : mount_.Findings()) Worsen(odometry_.health, {HealthLevel::kDegraded, finding});
   if (odometry_.translation_degenerate > 0) {
     odometry_.mean_weak_translation_axis /= static_cast<double>(odometry_.translation_degenerate);
   }

@@ -6,11 +6,15 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "mlvi/base/config.h"
 #include "mlvi/lio/lio.h"
+#include "mlvi/pipeline/imu_watch.h"
+#include "mlvi/pipeline/mount_watch.h"
+#include "mlvi/pipeline/rate_watch.h"
 #include "mlvi/pipeline/stream_report.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
@@ -23,6 +27,9 @@ struct SupervisorConfig {
   double lidar_gap_periods = 2.5; // nominal periods
   int lost_after = 10;            // sweeps
   double degraded_share = 0.2;
+  double rate_tolerance = 0.2;
+  double missing_share = 0.1;
+  double max_bias_sigmas = 5.0;
   void Declare(ConfigDeclaration& d);
 };
 
@@ -48,6 +55,8 @@ struct OdometryReport {
   // it.
   bool lost = false;
   std::string lost_reason;
+  std::string waiting_for;  // of the start, as long as there is none
+  Health health;            // whether the estimate agrees with the IMU and the rig
 };
 
 class Supervisor {
@@ -56,9 +65,10 @@ class Supervisor {
   Supervisor(const SupervisorConfig& config, const Rig& rig, const EventBus& events);
 
   void Observe(const ImuSample& sample);
-  void Observe(const LidarSweep& sweep, const LioResult& result);
-  // Takes over what the sequencer dropped, by stream.
-  void AddDropped(const std::map<std::string, std::map<std::string, std::int64_t>>& dropped);
+  // `imu`: what the odometry was given with the sweep.
+  void Observe(const LidarSweep& sweep, const LioResult& result, std::span<const ImuSample> imu = {});
+  // Takes over what was dropped elsewhere, by stream and reason.
+  void AddDropped(const DropCounts& dropped);
   // Judges the whole run; call once at its end.
   void Conclude();
 
@@ -66,19 +76,34 @@ class Supervisor {
   const OdometryReport& odometry() const { return odometry_; }
 
  private:
-  void ObserveGap(const std::string& name, Time previous, Time now, double limit, const std::string& remedy);
+  // How a stream's distances of measurements are judged.
+  struct Pace {
+    RateWatch rate;
+    double period;  // s, by the rig
+    double gap_periods;
+    std::string gap_key;   // configuration
+    std::string what;      // the measurements
+    std::string rate_key;  // rig file
+    bool announced = false;
+    Time newest = {};
+  };
+
+  void ObservePace(const std::string& name, Pace& pace, Time now, const std::string& remedy);
+  void ObserveGap(const std::string& name, const Pace& pace, Time now, const std::string& remedy);
+  void AnnounceImu(Time now);
+  Health Judge(const std::string& name, const StreamReport& report) const;
   void ObserveTracking(const LidarSweep& sweep, const LioResult& result);
   void ObserveReset(const LidarSweep& sweep, const LioResult& result);
   void ObserveFailures(const LidarSweep& sweep, const LioResult& result);
 
   SupervisorConfig config_;
-  ImuSpec imu_;
-  double lidar_period_ = 0.1;
+  ImuWatch imu_;
+  MountWatch mount_;
   const EventBus& events_;
   std::map<std::string, StreamReport> streams_;
   OdometryReport odometry_;
-  Time last_imu_, last_sweep_end_;
-  std::int64_t saturated_ = 0;
+  std::map<std::string, Pace> paces_;  // of the streams that have one
+  bool imu_announced_ = false;
   std::int64_t pending_sweeps_ = 0;
   int failures_in_a_row_ = 0;
 };

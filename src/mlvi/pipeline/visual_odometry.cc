@@ -62,13 +62,19 @@ void VisualOdometry::Observe(const ImageSet& set, const VioResult& result) {
   report_.tracking = tracking;
 }
 
-void VisualOdometry::Conclude(const std::map<std::string, std::map<std::string, std::int64_t>>& dropped) {
+void VisualOdometry::AddDropped(const DropCounts& dropped) {
   for (std::size_t i = 0; i < names_.size(); ++i) {
-    const int camera = static_cast<int>(i);
-    watch_.AddDropped(camera, "later than its set", sets_.late()[i]);
     const auto of_camera = dropped.find(names_[i]);
     if (of_camera == dropped.end()) continue;
-    for (const auto& [reason, count] : of_camera->second) watch_.AddDropped(camera, reason, count);
+    for (const auto& [reason, count] : of_camera->second) {
+      watch_.AddDropped(static_cast<int>(i), reason, count);
+    }
+  }
+}
+
+void VisualOdometry::Conclude() {
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    watch_.AddDropped(static_cast<int>(i), "later than its set", sets_.late()[i]);
   }
   watch_.Conclude();
 }

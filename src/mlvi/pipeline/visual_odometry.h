@@ -57,8 +57,10 @@ class VisualOdometry {
   // What LiDAR odometry found: depth for the features and, where the visual estimate does not run, its start.
   void TakeLidar(const OdometryEstimate& estimate, const PointCloud& points_body);
 
-  // Takes over what was dropped before images came here; judges the run. Call once, at its end.
-  void Conclude(const std::map<std::string, std::map<std::string, std::int64_t>>& dropped);
+  // Takes over what was dropped before images came here.
+  void AddDropped(const DropCounts& dropped);
+  // Judges the run. Call once, at its end.
+  void Conclude();
   const VisualReport& report() const { return report_; }
   // By the cameras' names; health includes how well a camera fits the others.
   std::map<std::string, StreamReport> Streams() const;
