@@ -71,17 +71,23 @@ RosBagSourceOptions SourceOptions(const RunOptions& options, const SlamConfig& c
           .image_tolerance = config.visual.sets.tolerance};
 }
 
-// The instants that the recording spans, as far as it was read.
+// How much the recording holds, as far as it was read: pauses between its parts and jumps of the clock are no data.
 class DataSpan {
  public:
+  explicit DataSpan(double longest_step) : longest_step_(longest_step) {}
+
   void Add(Time stamp) {
-    first_ = first_.valid() ? std::min(first_, stamp) : stamp;
-    last_ = std::max(last_, stamp);
+    const double step = newest_.valid() ? (stamp - newest_).seconds() : 0.0;
+    if (step > 0.0 && step <= longest_step_) seconds_ += step;
+    // Streams arrive a little out of order among each other; a larger step back is a jump.
+    if (!newest_.valid() || step > 0.0 || step < -longest_step_) newest_ = stamp;
   }
-  double seconds() const { return first_.valid() ? (last_ - first_).seconds() : 0.0; }
+  double seconds() const { return seconds_; }
 
  private:
-  Time first_, last_;
+  double longest_step_;  // s
+  double seconds_ = 0.0;
+  Time newest_;
 };
 
 // Feeds the recording to `slam`; returns why it ended early, if it did.
@@ -99,76 +105,10 @@ std::optional<Error> Feed(MeasurementSource& source, Slam& slam, const Interrupt
   return std::nullopt;
 }
 
-// Images that could not be read are no concern of the estimator, but of the user.
-std::string UnreadableImages(const RunFacts& facts, const Rig& rig) {
-  std::string reasons;
-  for (const CameraSpec& camera : rig.cameras) {
-    const auto counts = facts.read.find(camera.topic);
-    if (counts == facts.read.end() || counts->second.dropped.empty()) continue;
-    std::int64_t dropped = 0;
-    for (const auto& [reason, count] : counts->second.dropped) dropped += count;
-    reasons += fmt::format("; {}: {} of {} images could not be read", camera.name, dropped, counts->second.messages);
-  }
-  return reasons;
-}
-
-// Why there is no estimate to rely on; empty when there is one.
-std::string Failure(const Slam& slam, const Rig& rig) {
-  const OdometryReport& lidar = slam.supervisor().odometry();
-  if (rig.lidar && !lidar.initialized) return "no first state was found: see events";
-  if (rig.lidar) return lidar.lost ? lidar.lost_reason : "";
-  const VisualReport& visual = slam.visual()->report();
-  if (!visual.first_estimate.valid()) return "no first state was found: " + visual.waiting_for;
-  return visual.tracking ? "" : "visual odometry was lost and not found again: " + visual.last_failure;
-}
-
-void Judge(const Slam& slam, const Rig& rig, const InterruptGuard& guard, const std::optional<Error>& ended,
-           RunFacts& facts) {
-  const std::string failure = Failure(slam, rig);
-  if (guard.interrupted()) {
-    facts.status = "interrupted";
-    facts.reason = "interrupted by a signal; what was estimated until then is kept";
-  } else if (ended) {
-    facts.status = "input_broken_off";
-    facts.reason = ended->message;
-  } else if (!failure.empty()) {
-    facts.status = "failed";
-    facts.reason = failure;
-  } else {
-    const auto& resets = slam.supervisor().odometry().resets;
-    std::string reasons;
-    if (!resets.empty()) {
-      reasons = fmt::format("; odometry: {} resets, the first: {}", resets.size(), resets.front().reason);
-    }
-    reasons += UnreadableImages(facts, rig);
-    for (const auto& [name, report] : slam.Streams()) {
-      if (report.health.level != HealthLevel::kHealthy) reasons += fmt::format("; {}: {}", name, report.health.reason);
-    }
-    facts.status = reasons.empty() ? "ok" : "degraded";
-    if (!reasons.empty()) facts.reason = reasons.substr(2);
-  }
-}
-
-int ExitCode(const Slam& slam, const Rig& rig, const RunFacts& facts) {
-  if (facts.status == "interrupted") return kExitInterrupted;
-  if (facts.status == "input_broken_off") return kExitInput;
-  if (facts.status != "failed") return kExitDone;
-  const auto streams = slam.Streams();
-  if (streams.at("imu").received == 0) return kExitInput;
-  // Sweeps or images: without at least two there was nothing to estimate from.
-  std::int64_t received = 0, used = 0;
-  for (const auto& [name, report] : streams) {
-    if (name == "imu" || (rig.lidar && name != "lidar")) continue;
-    received += report.received;
-    used += report.used;
-  }
-  const bool too_little = rig.lidar ? used == 0 && received < 2 : received < 2;
-  return too_little ? kExitInput : kExitEstimation;
-}
-
 void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& facts) {
   const auto stages = slam.times().Summarize();
-  fmt::print("status      {}{}{}\n", facts.status, facts.reason.empty() ? "" : ": ", facts.reason);
+  fmt::print("status      {}{}{}\n", ToString(facts.verdict.status), facts.verdict.reason.empty() ? "" : ": ",
+             facts.verdict.reason);
   fmt::print("poses       {} ({} keyframes, {} loops, {} resets)\n", slam.odometry().size(),
              slam.graph().keyframes().size(), slam.graph().loops(), slam.supervisor().odometry().resets.size());
   for (const auto& [stage, label] : {std::pair("sweep", "per sweep "), std::pair("image_set", "per images")}) {
@@ -180,42 +120,61 @@ void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& fa
   fmt::print("results     {}\n", options.output);
 }
 
-Expected<int> Run(const RunOptions& options) {
-  const Expected<SlamConfig> config = ResolveConfig(options);
-  if (!config) return tl::unexpected(config.error());
-  const Expected<Rig> rig = LoadRig(options.rig).and_then(
-      [&](const Rig& whole) { return SelectSensors(whole, options.cameras, options.no_lidar); });
-  if (!rig) return tl::unexpected(rig.error());
-  auto source = RosBagSource::Open(options.bags, *rig, SourceOptions(options, *config, *rig));
-  if (!source) return tl::unexpected(source.error());
-  const RunOutputs outputs(options.output);
-  if (const auto prepared = outputs.Prepare(*config); !prepared) return tl::unexpected(prepared.error());
+// Millimetres taken for metres are the commonest slip in a rig file.
+void WarnOfLeverArms(const Rig& rig, const EventBus& events) {
+  constexpr double kUnusual = 3.0;  // m: more than a vehicle's roof needs
+  const auto check = [&](const std::string& source, const std::string& field, const Pose3& T_body_sensor) {
+    const double arm = T_body_sensor.translation().norm();
+    if (arm <= kUnusual) return;
+    events.Raise({.severity = Severity::kWarning, .source = source,
+                  .message = fmt::format("{} puts it {:.2f} m from the IMU: is that in metres, and not the inverse?",
+                                         field, arm)});
+  };
+  if (rig.lidar) check("lidar", "T_body_lidar", rig.lidar->T_body_lidar);
+  for (const CameraSpec& camera : rig.cameras) check(camera.name, "T_body_camera", camera.T_body_camera);
+}
 
-  RunFacts facts;
-  facts.bags = options.bags;
-  facts.rig = rig->name;
+// Reads `source` to its end and judges what came of it.
+void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFacts& facts) {
   const auto start = std::chrono::steady_clock::now();
-  const ThreadLimit threads(options.threads);
   const InterruptGuard guard;
-  Slam slam(*config, *rig);
   slam.events().Subscribe([&](const Event& event) {
     facts.events.push_back(event);
     fmt::print(stderr, "\n{}: {}\n", event.source, event.message);
   });
-  DataSpan span;
-  const std::optional<Error> ended = Feed(**source, slam, guard, span);
-  slam.Finish();
+  WarnOfLeverArms(source.rig(), slam.events());
+  DataSpan span(config.sequencer.max_future_jump);
+  const std::optional<Error> ended = Feed(source, slam, guard, span);
+  slam.Finish(source.Dropped());
   facts.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   facts.data_duration_s = span.seconds();
-  facts.notes = (*source)->Notes();
-  facts.read = (*source)->Counts();
-  Judge(slam, *rig, guard, ended, facts);
-  if (const auto written = outputs.Write(slam, MakeSummary(facts, slam, *rig)); !written) {
+  facts.notes = source.Notes();
+  facts.read = source.Counts();
+  facts.verdict = Judge(slam, source.rig(), source, guard.interrupted(), ended);
+}
+
+Expected<int> Run(const RunOptions& options) {
+  const Expected<SlamConfig> config = ResolveConfig(options);
+  if (!config) return tl::unexpected(config.error());
+  const Expected<Rig> selected = LoadRig(options.rig).and_then(
+      [&](const Rig& whole) { return SelectSensors(whole, options.cameras, options.no_lidar); });
+  if (!selected) return tl::unexpected(selected.error());
+  auto source = RosBagSource::Open(options.bags, *selected, SourceOptions(options, *config, *selected));
+  if (!source) return tl::unexpected(source.error());
+  const RunOutputs outputs(options.output);
+  if (const auto prepared = outputs.Prepare(*config); !prepared) return tl::unexpected(prepared.error());
+
+  const Rig& rig = (*source)->rig();
+  RunFacts facts{.bags = options.bags, .rig = rig.name};
+  const ThreadLimit threads(options.threads);
+  Slam slam(*config, rig);
+  Estimate(**source, *config, slam, facts);
+  if (const auto written = outputs.Write(slam, MakeSummary(facts, slam, rig, config->visual.vio.window)); !written) {
     return tl::unexpected(written.error());
   }
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
   PrintReport(options, slam, facts);
-  return ExitCode(slam, *rig, facts);
+  return facts.verdict.exit_code;
 }
 
 void AddConfigDocsCommand(CLI::App& app) {
@@ -234,7 +193,7 @@ void AddConfigDocsCommand(CLI::App& app) {
 void AddRunCommand(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "Estimate trajectory and map from recordings");
-  command->add_option("bags", options->bags, "ROS 1 bags, in order of time")->required();
+  command->add_option("bags", options->bags, "ROS 1 bags: the parts of one recording")->required();
   command->add_option("--rig", options->rig, "Rig file, or the name of a built-in rig")->required();
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   command->add_option("--config", options->config, "Configuration file (YAML)");

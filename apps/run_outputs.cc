@@ -39,7 +39,8 @@ Expected<void> RunOutputs::Write(const Slam& slam, const nlohmann::ordered_json&
 }
 
 Expected<void> RunOutputs::WriteMap(const Slam& slam) const {
-  auto writer = PlyWriter::Create((folder_ / "map.ply").string(), "points in the world frame, metres");
+  auto writer = PlyWriter::Create((folder_ / "map.ply").string(), "points in the world frame, metres",
+                                  PlyFields::kPositions);  // keyframes keep no intensities
   if (!writer) return tl::unexpected(writer.error());
   MapPicture picture(slam.SmoothedTrajectory());
   for (const Keyframe& keyframe : slam.graph().keyframes()) {

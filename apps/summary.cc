@@ -43,6 +43,7 @@ ordered_json Streams(const std::map<std::string, mlvi::StreamReport>& reports) {
                      {"dropped", report.dropped},
                      {"gaps", report.gaps},
                      {"longest_gap_s", report.longest_gap},
+                     {"rate_hz", report.rate_hz ? ordered_json(*report.rate_hz) : ordered_json()},
                      {"health", LevelName(report.health.level)},
                      {"reason", report.health.reason}};
   }
@@ -74,7 +75,11 @@ ordered_json Odometry(const mlvi::Slam& slam) {
       {"mean_weak_translation_axis_world", Vector(report.mean_weak_translation_axis)},
       {"resets", Resets(report.resets)},
       {"lost", report.lost},
-      {"lost_reason", report.lost_reason}};
+      {"lost_reason", report.lost_reason},
+      {"waiting_for", report.initialized ? "" : report.waiting_for},
+      {"health", LevelName(report.health.level)},
+      {"reason", report.health.reason},
+      {"final_bias", nullptr}};
   if (slam.newest()) {
     const mlvi::NavState& state = slam.newest()->state;
     odometry["final_bias"] = {{"accelerometer_m_s2", Vector(state.bias.accelerometer)},
@@ -125,25 +130,39 @@ ordered_json Events(const std::vector<mlvi::Event>& events) {
   return list;
 }
 
-// The calibration that the estimate ended with; LiDAR and camera extrinsics are taken as given.
-ordered_json Calibration(const mlvi::Rig& rig) {
-  ordered_json calibration = ordered_json::object();
+ordered_json Pose(const mlvi::Pose3& pose) {
+  const auto& q = pose.rotation();
+  return {{"t", Vector(pose.translation())}, {"q_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+// How the sensors stand to one another at the end: as the rig says, unless estimated.
+ordered_json Calibration(const mlvi::Slam& slam, const mlvi::Rig& rig, const mlvi::WindowConfig& window) {
+  ordered_json calibration = {{"imu", {{"time_offset_s", rig.imu.time_offset.seconds()}}}, {"lidar", nullptr}};
   if (rig.lidar) {
-    const auto& q = rig.lidar->T_body_lidar.rotation();
-    calibration["T_body_lidar"] = {{"t", Vector(rig.lidar->T_body_lidar.translation())},
-                                   {"q_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+    calibration["lidar"] = {{"T_body_lidar", Pose(rig.lidar->T_body_lidar)},
+                            {"time_offset_s", rig.lidar->time_offset.seconds()}};
+  }
+  calibration["cameras"] = ordered_json::object();
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    const mlvi::CameraSpec& camera = rig.cameras[i];
+    const mlvi::VioCalibration& estimate = slam.visual()->calibration();
+    calibration["cameras"][camera.name] = {
+        {"T_body_camera", Pose(estimate.T_body_pano * estimate.T_pano_camera[i])},
+        {"extrinsics_estimated", window.extrinsics != mlvi::ExtrinsicsCalibration::kOff},
+        {"time_offset_s", camera.time_offset.seconds() + estimate.time_offset},
+        {"time_offset_estimated", window.time_offset}};
   }
   return calibration;
 }
 
 }  // namespace
 
-ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig) {
+ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig,
+                         const mlvi::WindowConfig& window) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  const double keyframes = static_cast<double>(slam.graph().keyframes().size());
-  return {{"status", facts.status},
-          {"reason", facts.reason},
+  return {{"status", ToString(facts.verdict.status)},
+          {"reason", facts.verdict.reason},
           {"bags", facts.bags},
           {"rig", facts.rig},
           {"data_duration_s", facts.data_duration_s},
@@ -151,7 +170,7 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"cpu_s", CpuSeconds(usage)},
           {"real_time_factor", facts.wall_s > 0.0 ? facts.data_duration_s / facts.wall_s : 0.0},
           {"peak_rss_mb", static_cast<double>(usage.ru_maxrss) / 1024.0},
-          {"keyframes", keyframes},
+          {"keyframes", slam.graph().keyframes().size()},
           {"resets", slam.supervisor().odometry().resets.size()},
           {"loops", slam.graph().loops()},
           {"messages", Messages(facts.read)},
@@ -159,7 +178,7 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"odometry", Odometry(slam)},
           {"visual", Visual(slam)},
           {"stages_ms", Stages(slam.times())},
-          {"calibration", Calibration(rig)},
+          {"calibration", Calibration(slam, rig, window)},
           {"notes", facts.notes},
           {"events", Events(facts.events)}};
 }

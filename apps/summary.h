@@ -9,11 +9,11 @@
 
 #include "mlvi/pipeline/slam.h"
 #include "mlvi/sensors/measurement_source.h"
+#include "run_judgement.h"
 
 // What one run was, beside what the Slam instance knows itself.
 struct RunFacts {
-  std::string status;  // "ok", "degraded", "interrupted", "input_broken_off", "failed"
-  std::string reason;  // empty when ok
+  Verdict verdict;
   std::vector<std::string> bags;
   std::string rig;
   std::vector<std::string> notes;  // findings of the reader
@@ -23,5 +23,6 @@ struct RunFacts {
   double wall_s = 0.0;
 };
 
-// The report of a run, as written to summary.json.
-nlohmann::ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig);
+// The report of a run, as written to summary.json. docs/outputs.md tells every key: keep it so (a test compares them).
+nlohmann::ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig,
+                                   const mlvi::WindowConfig& window);

@@ -19,6 +19,7 @@
 #include "mlvi/sensors/camera_model.h"
 #include "mlvi/sim/recording.h"
 #include "run_mlvi.h"
+#include "summary_keys.h"
 #include "temporary_folder.h"
 
 namespace mlvi {
@@ -147,6 +148,9 @@ void VisualRun::ExpectCamerasAloneToDo() {
   EXPECT_LT(Ate("trajectory.tum", 40), 0.25);
   EXPECT_GT(summary_["keyframes"].get<double>(), 3.0);
   EXPECT_EQ(summary_["visual"]["failures"], 0);
+  EXPECT_THAT(test::UndocumentedKeys(summary_), ::testing::IsEmpty());
+  EXPECT_THAT(test::UnwrittenKeys(summary_, "visual"), ::testing::IsEmpty());
+  EXPECT_THAT(test::UnwrittenKeys(summary_, "calibration.cameras"), ::testing::IsEmpty());
   EXPECT_GT(summary_["stages_ms"]["image_set"]["count"].get<int>(), 60);
   const std::string odometry = Read("odometry.tum"), trajectory = Read("trajectory.tum");
   ASSERT_EQ(Run("--no-lidar --cameras all --threads 2"), 0) << output_;
@@ -213,6 +217,11 @@ TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
   EXPECT_THAT(output_, HasSubstr("leaves nothing to see with"));
   EXPECT_EQ(Run("--cameras left"), 2);
   EXPECT_THAT(output_, HasSubstr("camera topic '/left'"));
+  EXPECT_EQ(Run("--cameras all --no-lidar"), 2);
+  EXPECT_THAT(output_, HasSubstr("none of the topics of rig"));
+  Run("--cameras all");  // beside the LiDAR they are left out, and nobody misses them
+  EXPECT_THAT(output_, HasSubstr("left: topic '/left' is not in the recording; the camera is not used"));
+  EXPECT_FALSE(summary_["streams"].contains("left"));
   EXPECT_EQ(Run("--cameras all --compensation sphere"), 1);
   EXPECT_THAT(output_, HasSubstr("sphere"));
 }

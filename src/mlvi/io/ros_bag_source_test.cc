@@ -114,6 +114,19 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
+TEST(RosBagSource, SweepsThatAreAllDroppedAreAnErrorWithItsReason) {
+  const Rig rig = MakeRig("OS0-128", 128);
+  const std::string path = TemporaryPath("all_dropped.bag");
+  test::WriteRecording(path, rig, {}, 0.2, [](int index, Time stamp) { return MakeSweep(stamp, 128, 64, 0.2, index); });
+  Rig wrong = rig;
+  wrong.lidar->rate_hz = 1000.0;
+  auto source = RosBagSource::Open({path}, wrong);
+  ASSERT_TRUE(source) << source.error().message;
+  EXPECT_THAT(test::ReadAll(**source).error, HasSubstr("Is lidar.rate_hz right?"));
+  EXPECT_EQ((*source)->ending(), RosBagSource::Ending::kUnusable);
+  EXPECT_EQ((*source)->Dropped().at("lidar").size(), 1U);
+}
+
 TEST(RosBagSource, NotesTellTheConventionOfTimes) {
   const Rig rig = MakeRig("VLP-32C", 32);
   const std::string path = TemporaryPath("velodyne.bag");

@@ -32,7 +32,10 @@ void SupervisorConfig::Declare(ConfigDeclaration& d) {
 }
 
 Supervisor::Supervisor(const SupervisorConfig& config, const Rig& rig, const EventBus& events)
-    : config_(config), imu_(rig.imu, rig.gravity), mount_(rig, MountLimits{.bias_sigmas = config.max_bias_sigmas}), events_(events) {
+    : config_(config),
+      imu_(rig.imu, rig.gravity),
+      mount_(rig, MountLimits{.bias_sigmas = config.max_bias_sigmas}),
+      events_(events) {
   const auto add = [&](const std::string& name, const std::string& what, double rate_hz, double gap_periods) {
     streams_[name];
     const RateLimits limits{.tolerance = config.rate_tolerance,
