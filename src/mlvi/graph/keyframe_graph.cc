@@ -174,14 +174,18 @@ NavState KeyframeGraph::Estimate(KeyframeId id) const {
 }
 
 KeyframeGraph::Variables KeyframeGraph::AddVariables(const NavState& state) {
-  double pose[kPoseBlockSize];
-  StorePose(state.T_world_body, pose);
   const Eigen::Matrix<double, 6, 1> bias = BiasVector(state.bias);
-  const VariableId pose_variable = smoother_.AddVariable(pose, std::make_shared<PoseManifold>());
-  return {.pose = pose_variable,
+  const VariableId pose = AddPose(state.T_world_body);
+  return {.pose = pose,
           .velocity = smoother_.AddVariable({state.v_world_body.data(), 3}),
           .bias = smoother_.AddVariable({bias.data(), 6}),
-          .map = pose_variable};
+          .map = pose};
+}
+
+VariableId KeyframeGraph::AddPose(const Pose3& pose) {
+  double block[kPoseBlockSize];
+  StorePose(pose, block);
+  return smoother_.AddVariable(block, std::make_shared<PoseManifold>());
 }
 
 void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& at) {
@@ -225,9 +229,7 @@ void KeyframeGraph::AddImuFactor(const Variables& from, const Variables& to, std
 
 void KeyframeGraph::AddMap(const OdometryEstimate& to, const NavState& guess, Variables& added) {
   if (!newest_->map || !to.map) return;
-  double block[kPoseBlockSize];
-  StorePose(guess.T_world_body, block);
-  added.map = smoother_.AddVariable(block, std::make_shared<PoseManifold>());
+  added.map = AddPose(guess.T_world_body);
   AddMapStep(to, added.map);
   smoother_.AddFactor(std::make_shared<BetweenFactor>(Pose3(), SquareRoot<6>(to.degeneracy.information)), nullptr,
                       {added.map, added.pose});

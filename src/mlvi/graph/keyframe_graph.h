@@ -91,6 +91,7 @@ class KeyframeGraph {
   Expected<GraphUpdate> Commit(const OdometryEstimate& estimate, const NavState& guess, const Variables& added,
                                std::shared_ptr<const PointCloud> points);
   Variables AddVariables(const NavState& state);
+  VariableId AddPose(const Pose3& pose);
   // The map of `to` behind that of the newest keyframe, and the registration of `to` in it.
   void AddMap(const OdometryEstimate& to, const NavState& guess, Variables& added);
   void AddMapStep(const OdometryEstimate& to, VariableId map);
