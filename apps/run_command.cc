@@ -22,6 +22,7 @@
 #include "mlvi/io/rig_file.h"
 #include "mlvi/io/ros_bag_source.h"
 #include "mlvi/pipeline/slam.h"
+#include "option_values.h"
 #include "run_outputs.h"
 #include "sensor_selection.h"
 #include "summary.h"
@@ -203,8 +204,7 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--no-loop", options->no_loop, "Do not close loops (none are closed yet)");
   command->add_option("--compensation", options->compensation, "Panoramic compensation of visual odometry")
       ->check(CLI::IsMember({"none", "plane", "ray"}));
-  command->add_option("--threads", options->threads, "Number of threads (0: all cores); results do not depend on it")
-      ->check(CLI::NonNegativeNumber);
+  AddThreadsOption(*command, options->threads);
   command->callback([options, &exit_code] { exit_code = Report(Run(*options)); });
   AddConfigDocsCommand(app);
 }
