@@ -7,7 +7,9 @@
 BUILD := build/release
 JOBS ?= $(shell nproc)
 
-.PHONY: demo test build packages format
+.PHONY: demo test build packages format format-check
+
+SOURCES = $(shell find src apps tests benchmarks -name '*.h' -o -name '*.cc')
 
 demo: build
 	tools/demo.sh $(BUILD)/mlvi demo
@@ -24,4 +26,7 @@ packages:
 	@mkdir -p build
 
 format:
-	find src apps tests benchmarks -name '*.h' -o -name '*.cc' | xargs clang-format -i
+	@clang-format -i $(SOURCES)
+
+format-check:
+	@clang-format --dry-run -Werror $(SOURCES)

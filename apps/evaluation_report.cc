@@ -16,14 +16,10 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 std::string DeltaText(const mlvi::RelativeErrorOptions& o) {
   switch (o.unit) {
-    case mlvi::DeltaUnit::kFrames:
-      return fmt::format("{:g} frames", o.delta);
-    case mlvi::DeltaUnit::kMetres:
-      return fmt::format("{:g} m", o.delta);
-    case mlvi::DeltaUnit::kRadians:
-      return fmt::format("{:g} deg", o.delta * kDegrees);
-    case mlvi::DeltaUnit::kSeconds:
-      return fmt::format("{:g} s", o.delta);
+    case mlvi::DeltaUnit::kFrames: return fmt::format("{:g} frames", o.delta);
+    case mlvi::DeltaUnit::kMetres: return fmt::format("{:g} m", o.delta);
+    case mlvi::DeltaUnit::kRadians: return fmt::format("{:g} deg", o.delta * kDegrees);
+    case mlvi::DeltaUnit::kSeconds: return fmt::format("{:g} s", o.delta);
   }
   return "";
 }

@@ -10,7 +10,8 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitUsage = 1;       // usage or configuration
 inline constexpr int kExitInput = 2;       // unreadable or insufficient input
 inline constexpr int kExitEstimation = 3;  // estimation failed
-inline constexpr int kExitInterrupted = 130;  // ended by a signal, as shells report it; results until then are kept
+// Ended by a signal, as shells report it; results until then are kept.
+inline constexpr int kExitInterrupted = 130;
 
 inline int ExitCodeOf(mlvi::ErrorKind kind) {
   switch (kind) {

@@ -33,8 +33,8 @@ std::string Offset(Time time, Time begin) {
 void PrintStamps(const TopicInfo& topic, Time begin) {
   fmt::print("    {} messages", topic.messages);
   if (topic.messages > 1) {
-    fmt::print(", {:.2f} Hz, from {} to {}, largest gap {:.4f} s at {}", topic.Rate(), Offset(topic.first, begin),
-               Offset(topic.last, begin), topic.largest_gap.seconds(),
+    fmt::print(", {:.2f} Hz, from {} to {}, largest gap {:.4f} s at {}", topic.Rate(),
+               Offset(topic.first, begin), Offset(topic.last, begin), topic.largest_gap.seconds(),
                Offset(topic.gap_begin.valid() ? topic.gap_begin : begin, begin));
   }
   fmt::print(" ({})\n", topic.header_stamps ? "header stamps" : "receipt times");
@@ -48,13 +48,16 @@ void PrintImu(const ImuTopicInfo& imu) {
   const Eigen::Vector3d &a = imu.mean_acceleration, &w = imu.mean_angular_velocity;
   fmt::print("    median |acceleration| of the first second {:.4f}: {}\n", imu.median_acceleration,
              imu.unit == AccelerationUnit::kGravities ? "g" : "m/s^2");
-  fmt::print("    mean acceleration ({:.3f}, {:.3f}, {:.3f}), angular velocity ({:.4f}, {:.4f}, {:.4f}) rad/s\n", a.x(),
-             a.y(), a.z(), w.x(), w.y(), w.z());
+  fmt::print(
+      "    mean acceleration ({:.3f}, {:.3f}, {:.3f}), angular velocity ({:.4f}, {:.4f}, {:.4f}) "
+      "rad/s\n",
+      a.x(), a.y(), a.z(), w.x(), w.y(), w.z());
 }
 
 void PrintPoints(const PointTopicInfo& points) {
-  fmt::print("    {} x {} points of {} bytes ({} returns); {} to {} per message\n", points.height, points.width,
-             points.point_step, points.returns, points.fewest_points, points.most_points);
+  fmt::print("    {} x {} points of {} bytes ({} returns); {} to {} per message\n", points.height,
+             points.width, points.point_step, points.returns, points.fewest_points,
+             points.most_points);
   fmt::print("    fields: {}\n", points.fields);
   if (points.time_field.empty()) {
     fmt::print("    no point times\n");
@@ -65,16 +68,19 @@ void PrintPoints(const PointTopicInfo& points) {
     fmt::print(": no usable times (all equal, or spread too far)\n");
     return;
   }
-  constexpr const char* kOrigins[] = {"since the header's stamp", "before the header's stamp (the sweep's end)", "absolute",
+  constexpr const char* kOrigins[] = {"since the header's stamp",
+                                      "before the header's stamp (the sweep's end)", "absolute",
                                       "on a clock other than the header's"};
-  fmt::print(": {}, {}; span {:.4f} s\n", NameOf(points.times->unit), kOrigins[static_cast<int>(points.times->origin)],
-             points.times->span.seconds());
+  fmt::print(": {}, {}; span {:.4f} s\n", NameOf(points.times->unit),
+             kOrigins[static_cast<int>(points.times->origin)], points.times->span.seconds());
 }
 
 void PrintBag(const BagInfo& bag) {
-  fmt::print("{}\n  {:.1f} MB{}\n", bag.path, static_cast<double>(bag.file_size) * 1e-6, bag.indexed ? "" : ", no index");
+  fmt::print("{}\n  {:.1f} MB{}\n", bag.path, static_cast<double>(bag.file_size) * 1e-6,
+             bag.indexed ? "" : ", no index");
   if (bag.begin.valid()) {
-    fmt::print("  {:.3f} s, from {} to {}\n", (bag.end - bag.begin).seconds(), DateText(bag.begin), DateText(bag.end));
+    fmt::print("  {:.3f} s, from {} to {}\n", (bag.end - bag.begin).seconds(), DateText(bag.begin),
+               DateText(bag.end));
   }
   for (const TopicInfo& topic : bag.topics) {
     fmt::print("  {}  {}\n", topic.topic, topic.type);
@@ -104,7 +110,8 @@ Expected<int> Info(const std::vector<std::string>& bags) {
 
 void AddInfoCommand(CLI::App& app, int& exit_code) {
   const auto bags = std::make_shared<std::vector<std::string>>();
-  CLI::App* command = app.add_subcommand("info", "Topics, rates, gaps, fields and time ranges of recordings");
+  CLI::App* command =
+      app.add_subcommand("info", "Topics, rates, gaps, fields and time ranges of recordings");
   command->add_option("bags", *bags, "ROS 1 bags")->required();
   command->callback([bags, &exit_code] { exit_code = Report(Info(*bags)); });
 }

@@ -16,7 +16,8 @@ void Remember(int signal) {
 }  // namespace
 
 InterruptGuard::InterruptGuard()
-    : previous_interrupt_(std::signal(SIGINT, Remember)), previous_terminate_(std::signal(SIGTERM, Remember)) {
+    : previous_interrupt_(std::signal(SIGINT, Remember)),
+      previous_terminate_(std::signal(SIGTERM, Remember)) {
   received_signal = 0;
 }
 

@@ -4,8 +4,8 @@
 
 #include <csignal>
 
-// Turns SIGINT and SIGTERM into a flag while it lives, so that long work can end in order; a second signal ends the
-// program at once. At most one instance at a time.
+// Turns SIGINT and SIGTERM into a flag while it lives, so that long work can end in order; a second
+// signal ends the program at once. At most one instance at a time.
 class InterruptGuard {
  public:
   InterruptGuard();

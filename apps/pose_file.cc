@@ -21,7 +21,8 @@ bool IsInteger(const std::string& word) {
          std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// Integer stamps of that many digits are nanoseconds since 1970 (seconds have 10 until the year 2286).
+// Integer stamps of that many digits are nanoseconds since 1970 (seconds have 10 until the year
+// 2286).
 bool IsEurocLine(const TableLine& line) {
   return line.words.size() >= 8 && line.words[0].size() >= 16 && IsInteger(line.words[0]);
 }
@@ -56,7 +57,8 @@ Expected<Eigen::Isometry3d> ParseKittiLine(const TableLine& line, const std::str
   return pose;
 }
 
-Expected<std::vector<Eigen::Isometry3d>> ParseKitti(const std::vector<TableLine>& lines, const std::string& path) {
+Expected<std::vector<Eigen::Isometry3d>> ParseKitti(const std::vector<TableLine>& lines,
+                                                    const std::string& path) {
   std::vector<Eigen::Isometry3d> poses;
   for (const TableLine& line : lines) {
     const auto pose = ParseKittiLine(line, path);

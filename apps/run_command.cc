@@ -53,7 +53,8 @@ Expected<SlamConfig> ResolveConfig(const RunOptions& options) {
     }
   }
   for (const std::string& assignment : options.assignments) {
-    if (const auto set = declaration.SetAssignment(assignment); !set) return tl::unexpected(set.error());
+    if (const auto set = declaration.SetAssignment(assignment); !set)
+      return tl::unexpected(set.error());
   }
   if (!options.compensation.empty()) {
     const auto set = declaration.SetAssignment("vio.window.compensation=" + options.compensation);
@@ -64,7 +65,8 @@ Expected<SlamConfig> ResolveConfig(const RunOptions& options) {
 }
 
 // `all` takes what the recording holds; cameras asked for by name must be in it.
-RosBagSourceOptions SourceOptions(const RunOptions& options, const SlamConfig& config, const Rig& rig) {
+RosBagSourceOptions SourceOptions(const RunOptions& options, const SlamConfig& config,
+                                  const Rig& rig) {
   return {.use_lidar = rig.lidar.has_value(),
           .cameras = rig.CameraNames(),
           .cameras_required = options.cameras != "all",
@@ -72,7 +74,8 @@ RosBagSourceOptions SourceOptions(const RunOptions& options, const SlamConfig& c
           .image_tolerance = config.visual.sets.tolerance};
 }
 
-// How much the recording holds, as far as it was read: pauses between its parts and jumps of the clock are no data.
+// How much the recording holds, as far as it was read: pauses between its parts and jumps of the
+// clock are no data.
 class DataSpan {
  public:
   explicit DataSpan(double longest_step) : longest_step_(longest_step) {}
@@ -92,7 +95,8 @@ class DataSpan {
 };
 
 // Feeds the recording to `slam`; returns why it ended early, if it did.
-std::optional<Error> Feed(MeasurementSource& source, Slam& slam, const InterruptGuard& guard, DataSpan& span) {
+std::optional<Error> Feed(MeasurementSource& source, Slam& slam, const InterruptGuard& guard,
+                          DataSpan& span) {
   ProgressBar progress("run", stderr);
   while (!guard.interrupted()) {
     Expected<std::optional<Measurement>> next = source.Next();
@@ -108,14 +112,17 @@ std::optional<Error> Feed(MeasurementSource& source, Slam& slam, const Interrupt
 
 void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& facts) {
   const auto stages = slam.times().Summarize();
-  fmt::print("status      {}{}{}\n", ToString(facts.verdict.status), facts.verdict.reason.empty() ? "" : ": ",
-             facts.verdict.reason);
+  fmt::print("status      {}{}{}\n", ToString(facts.verdict.status),
+             facts.verdict.reason.empty() ? "" : ": ", facts.verdict.reason);
   fmt::print("poses       {} ({} keyframes, {} loops, {} resets)\n", slam.odometry().size(),
-             slam.graph().keyframes().size(), slam.graph().loops(), slam.supervisor().odometry().resets.size());
-  for (const auto& [stage, label] : {std::pair("sweep", "per sweep "), std::pair("image_set", "per images")}) {
+             slam.graph().keyframes().size(), slam.graph().loops(),
+             slam.supervisor().odometry().resets.size());
+  for (const auto& [stage, label] :
+       {std::pair("sweep", "per sweep "), std::pair("image_set", "per images")}) {
     const auto times = stages.find(stage);
     if (times == stages.end()) continue;
-    fmt::print("{}  p50 {:.1f} ms, p99 {:.1f} ms\n", label, times->second.p50_ms, times->second.p99_ms);
+    fmt::print("{}  p50 {:.1f} ms, p99 {:.1f} ms\n", label, times->second.p50_ms,
+               times->second.p99_ms);
   }
   fmt::print("time        {:.1f} s of data in {:.1f} s\n", facts.data_duration_s, facts.wall_s);
   fmt::print("results     {}\n", options.output);
@@ -124,15 +131,19 @@ void PrintReport(const RunOptions& options, const Slam& slam, const RunFacts& fa
 // Millimetres taken for metres are the commonest slip in a rig file.
 void WarnOfLeverArms(const Rig& rig, const EventBus& events) {
   constexpr double kUnusual = 3.0;  // m: more than a vehicle's roof needs
-  const auto check = [&](const std::string& source, const std::string& field, const Pose3& T_body_sensor) {
+  const auto check = [&](const std::string& source, const std::string& field,
+                         const Pose3& T_body_sensor) {
     const double arm = T_body_sensor.translation().norm();
     if (arm <= kUnusual) return;
-    events.Raise({.severity = Severity::kWarning, .source = source,
-                  .message = fmt::format("{} puts it {:.2f} m from the IMU: is that in metres, and not the inverse?",
-                                         field, arm)});
+    events.Raise({.severity = Severity::kWarning,
+                  .source = source,
+                  .message = fmt::format(
+                      "{} puts it {:.2f} m from the IMU: is that in metres, and not the inverse?",
+                      field, arm)});
   };
   if (rig.lidar) check("lidar", "T_body_lidar", rig.lidar->T_body_lidar);
-  for (const CameraSpec& camera : rig.cameras) check(camera.name, "T_body_camera", camera.T_body_camera);
+  for (const CameraSpec& camera : rig.cameras)
+    check(camera.name, "T_body_camera", camera.T_body_camera);
 }
 
 // Reads `source` to its end and judges what came of it.
@@ -157,20 +168,25 @@ void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFac
 Expected<int> Run(const RunOptions& options) {
   const Expected<SlamConfig> config = ResolveConfig(options);
   if (!config) return tl::unexpected(config.error());
-  const Expected<Rig> selected = LoadRig(options.rig).and_then(
-      [&](const Rig& whole) { return SelectSensors(whole, options.cameras, options.no_lidar); });
+  const Expected<Rig> selected = LoadRig(options.rig).and_then([&](const Rig& whole) {
+    return SelectSensors(whole, options.cameras, options.no_lidar);
+  });
   if (!selected) return tl::unexpected(selected.error());
-  auto source = RosBagSource::Open(options.bags, *selected, SourceOptions(options, *config, *selected));
+  auto source =
+      RosBagSource::Open(options.bags, *selected, SourceOptions(options, *config, *selected));
   if (!source) return tl::unexpected(source.error());
   const RunOutputs outputs(options.output);
-  if (const auto prepared = outputs.Prepare(*config); !prepared) return tl::unexpected(prepared.error());
+  if (const auto prepared = outputs.Prepare(*config); !prepared)
+    return tl::unexpected(prepared.error());
 
   const Rig& rig = (*source)->rig();
   RunFacts facts{.bags = options.bags, .rig = rig.name};
   const ThreadLimit threads(options.threads);
   Slam slam(*config, rig);
   Estimate(**source, *config, slam, facts);
-  if (const auto written = outputs.Write(slam, MakeSummary(facts, slam, rig, config->visual.vio.window)); !written) {
+  if (const auto written =
+          outputs.Write(slam, MakeSummary(facts, slam, rig, config->visual.vio.window));
+      !written) {
     return tl::unexpected(written.error());
   }
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
@@ -183,9 +199,11 @@ void AddConfigDocsCommand(CLI::App& app) {
   command->group("");  // for maintainers: docs/configuration.md is made by it
   command->callback([] {
     SlamConfig config;
-    fmt::print("# Configuration of `mlvi run`\n\nSet by `--config FILE` (YAML, nested by the dots) or `--set key=value`."
-               "\n\n{}",
-               ConfigDeclaration::Of(config).ToMarkdown());
+    fmt::print(
+        "# Configuration of `mlvi run`\n\nSet by `--config FILE` (YAML, nested by the dots) or "
+        "`--set key=value`."
+        "\n\n{}",
+        ConfigDeclaration::Of(config).ToMarkdown());
   });
 }
 
@@ -199,10 +217,13 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", options->output, "Folder for the results")->required();
   command->add_option("--config", options->config, "Configuration file (YAML)");
   command->add_option("--set", options->assignments, "Override one configuration value: key=value");
-  command->add_option("--cameras", options->cameras, "Cameras to use: all, none (the default), or names with commas between");
+  command->add_option("--cameras", options->cameras,
+                      "Cameras to use: all, none (the default), or names with commas between");
   command->add_flag("--no-lidar", options->no_lidar, "Do without the LiDAR: cameras and IMU alone");
   command->add_flag("--no-loop", options->no_loop, "Do not close loops (none are closed yet)");
-  command->add_option("--compensation", options->compensation, "Panoramic compensation of visual odometry")
+  command
+      ->add_option("--compensation", options->compensation,
+                   "Panoramic compensation of visual odometry")
       ->check(CLI::IsMember({"none", "plane", "ray"}));
   AddThreadsOption(*command, options->threads);
   command->callback([options, &exit_code] { exit_code = Report(Run(*options)); });

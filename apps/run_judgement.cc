@@ -20,9 +20,11 @@ void Append(std::string& list, const std::string& finding) {
 std::string Complaints(const Slam& slam) {
   std::string list;
   for (const auto& [name, report] : slam.Streams()) {
-    if (report.health.level != HealthLevel::kHealthy) Append(list, fmt::format("{}: {}", name, report.health.reason));
+    if (report.health.level != HealthLevel::kHealthy)
+      Append(list, fmt::format("{}: {}", name, report.health.reason));
   }
-  if (const Health& odometry = slam.supervisor().odometry().health; odometry.level != HealthLevel::kHealthy) {
+  if (const Health& odometry = slam.supervisor().odometry().health;
+      odometry.level != HealthLevel::kHealthy) {
     Append(list, "odometry: " + odometry.reason);
   }
   return list;
@@ -44,12 +46,14 @@ std::string Failure(const Slam& slam, const Rig& rig) {
   if (!rig.lidar) {
     const VisualReport& visual = slam.visual()->report();
     if (!visual.first_estimate.valid()) return NoStart(slam, visual.waiting_for);
-    if (!visual.tracking) return "visual odometry was lost and not found again: " + visual.last_failure;
+    if (!visual.tracking)
+      return "visual odometry was lost and not found again: " + visual.last_failure;
   }
   return imu.level == HealthLevel::kFailed ? "imu: " + imu.reason : "";
 }
 
-// Whether a failure is one of the recording: no IMU to speak of, or fewer than two sweeps or images.
+// Whether a failure is one of the recording: no IMU to speak of, or fewer than two sweeps or
+// images.
 bool LacksInput(const Slam& slam, const Rig& rig) {
   const auto streams = slam.Streams();
   if (streams.at("imu").health.level == HealthLevel::kFailed) return true;
@@ -96,8 +100,8 @@ std::string ToString(RunStatus status) {
 Verdict Judge(const Slam& slam, const Rig& rig, const RosBagSource& source, bool interrupted,
               const std::optional<Error>& input_error) {
   if (interrupted) {
-    return {RunStatus::kInterrupted, "interrupted by a signal; what was estimated until then is kept",
-            kExitInterrupted};
+    return {RunStatus::kInterrupted,
+            "interrupted by a signal; what was estimated until then is kept", kExitInterrupted};
   }
   if (input_error) return {StatusOf(source.ending()), input_error->message, kExitInput};
   if (const std::string failure = Failure(slam, rig); !failure.empty()) {

@@ -31,5 +31,5 @@ struct Verdict {
 };
 
 // Judges a run that has ended. `input_error`: what the source ended with, if not with the end.
-Verdict Judge(const mlvi::Slam& slam, const mlvi::Rig& rig, const mlvi::RosBagSource& source, bool interrupted,
-              const std::optional<mlvi::Error>& input_error);
+Verdict Judge(const mlvi::Slam& slam, const mlvi::Rig& rig, const mlvi::RosBagSource& source,
+              bool interrupted, const std::optional<mlvi::Error>& input_error);

@@ -15,8 +15,8 @@ Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error) {
-    return MakeError(ErrorKind::kConfiguration, "cannot make the output folder '{}': {}", folder_.string(),
-                     error.message());
+    return MakeError(ErrorKind::kConfiguration, "cannot make the output folder '{}': {}",
+                     folder_.string(), error.message());
   }
   SlamConfig copy = config;
   return WriteText("config.yaml", ConfigDeclaration::Of(copy).ToYaml());
@@ -25,8 +25,11 @@ Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
 Expected<void> RunOutputs::Write(const Slam& slam, const nlohmann::ordered_json& summary) const {
   // The report first: it must be there even when the disk fills up with the map.
   if (auto written = WriteText("summary.json", summary.dump(2) + "\n"); !written) return written;
-  const char* frame = "T_world_body: pose of the body (IMU) at the last firing of each sweep, or at each set of images without LiDAR";
-  if (auto written = WriteTum(slam.odometry(), (folder_ / "odometry.tum").string(), std::string(frame) + ", causal");
+  const char* frame =
+      "T_world_body: pose of the body (IMU) at the last firing of each sweep, or at each set of "
+      "images without LiDAR";
+  if (auto written = WriteTum(slam.odometry(), (folder_ / "odometry.tum").string(),
+                              std::string(frame) + ", causal");
       !written) {
     return written;
   }
@@ -39,8 +42,9 @@ Expected<void> RunOutputs::Write(const Slam& slam, const nlohmann::ordered_json&
 }
 
 Expected<void> RunOutputs::WriteMap(const Slam& slam) const {
-  auto writer = PlyWriter::Create((folder_ / "map.ply").string(), "points in the world frame, metres",
-                                  PlyFields::kPositions);  // keyframes keep no intensities
+  // Keyframes keep no intensities.
+  auto writer = PlyWriter::Create((folder_ / "map.ply").string(),
+                                  "points in the world frame, metres", PlyFields::kPositions);
   if (!writer) return tl::unexpected(writer.error());
   MapPicture picture(slam.SmoothedTrajectory());
   for (const Keyframe& keyframe : slam.graph().keyframes()) {

@@ -20,7 +20,8 @@ constexpr ErrorKind kKind = ErrorKind::kConfiguration;
 // In the order of the rig, whatever the order on the command line: results must not depend on that.
 Expected<std::vector<CameraSpec>> SelectCameras(const Rig& rig, const std::string& list) {
   if (list == "none") return std::vector<CameraSpec>();
-  if (rig.cameras.empty()) return MakeError(kKind, "--cameras {}: rig '{}' has no cameras", list, rig.name);
+  if (rig.cameras.empty())
+    return MakeError(kKind, "--cameras {}: rig '{}' has no cameras", list, rig.name);
   if (list == "all") return rig.cameras;
   const std::vector<std::string> known = rig.CameraNames();
   const std::vector<std::string> wanted = SplitAtCommas(list);
@@ -35,7 +36,8 @@ Expected<std::vector<CameraSpec>> SelectCameras(const Rig& rig, const std::strin
   }
   std::vector<CameraSpec> selected;
   for (const CameraSpec& camera : rig.cameras) {
-    if (std::find(wanted.begin(), wanted.end(), camera.name) != wanted.end()) selected.push_back(camera);
+    if (std::find(wanted.begin(), wanted.end(), camera.name) != wanted.end())
+      selected.push_back(camera);
   }
   if (selected.empty()) return MakeError(kKind, "--cameras: name cameras, or say all or none");
   return selected;
@@ -57,10 +59,13 @@ Expected<Rig> SelectSensors(const Rig& rig, const std::string& cameras, bool no_
   used.cameras = *selected;
   if (no_lidar) used.lidar.reset();
   if (!no_lidar && !rig.lidar) {
-    return MakeError(kKind, "rig '{}' has no lidar: use its cameras alone with --no-lidar --cameras all", rig.name);
+    return MakeError(kKind,
+                     "rig '{}' has no lidar: use its cameras alone with --no-lidar --cameras all",
+                     rig.name);
   }
   if (!used.lidar && used.cameras.empty()) {
-    return MakeError(kKind, "--no-lidar with --cameras none leaves nothing to see with: add --cameras all");
+    return MakeError(
+        kKind, "--no-lidar with --cameras none leaves nothing to see with: add --cameras all");
   }
   return used;
 }

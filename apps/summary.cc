@@ -10,7 +10,9 @@ namespace {
 using nlohmann::ordered_json;
 
 double CpuSeconds(const rusage& usage) {
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
@@ -28,7 +30,9 @@ ordered_json Vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 ordered_json Messages(const std::map<std::string, mlvi::StreamCounts>& read) {
   ordered_json topics = ordered_json::object();
   for (const auto& [topic, counts] : read) {
-    topics[topic] = {{"in", counts.messages}, {"used", counts.delivered}, {"thinned", counts.thinned},
+    topics[topic] = {{"in", counts.messages},
+                     {"used", counts.delivered},
+                     {"thinned", counts.thinned},
                      {"dropped", counts.dropped},
                      {"repaired", counts.repaired}};
   }
@@ -96,14 +100,16 @@ ordered_json Visual(const mlvi::Slam& slam) {
   ordered_json cameras = ordered_json::object();
   for (std::size_t i = 0; i < fit.names().size(); ++i) {
     const mlvi::CameraFit::Figures& figures = fit.figures()[i];
-    cameras[fit.names()[i]] = {
-        {"mean_tracks", fit.sets() > 0 ? static_cast<double>(figures.alive) / static_cast<double>(fit.sets()) : 0.0},
-        {"rms_px", figures.rms_px()},
-        {"rejected_share", figures.rejected_share()}};
+    cameras[fit.names()[i]] = {{"mean_tracks", fit.sets() > 0 ? static_cast<double>(figures.alive) /
+                                                                    static_cast<double>(fit.sets())
+                                                              : 0.0},
+                               {"rms_px", figures.rms_px()},
+                               {"rejected_share", figures.rejected_share()}};
   }
   return {{"image_sets", report.sets},
           {"image_sets_tracking", report.sets_tracking},
-          {"first_estimate_s", report.first_estimate.valid() ? mlvi::ToString(report.first_estimate) : ""},
+          {"first_estimate_s",
+           report.first_estimate.valid() ? mlvi::ToString(report.first_estimate) : ""},
           {"failures", report.failures},
           {"last_failure", report.last_failure},
           {"cameras", cameras}};
@@ -112,8 +118,8 @@ ordered_json Visual(const mlvi::Slam& slam) {
 ordered_json Stages(const mlvi::StageTimes& times) {
   ordered_json stages = ordered_json::object();
   for (const auto& [name, s] : times.Summarize()) {
-    stages[name] = {{"count", s.count},   {"mean", s.mean_ms}, {"p50", s.p50_ms},
-                    {"p95", s.p95_ms},    {"p99", s.p99_ms},   {"max", s.max_ms}};
+    stages[name] = {{"count", s.count}, {"mean", s.mean_ms}, {"p50", s.p50_ms},
+                    {"p95", s.p95_ms},  {"p99", s.p99_ms},   {"max", s.max_ms}};
   }
   return stages;
 }
@@ -124,7 +130,9 @@ ordered_json Events(const std::vector<mlvi::Event>& events) {
     const char* severity = event.severity == mlvi::Severity::kError     ? "error"
                            : event.severity == mlvi::Severity::kWarning ? "warning"
                                                                         : "info";
-    list.push_back({{"stamp", mlvi::ToString(event.stamp)}, {"severity", severity}, {"source", event.source},
+    list.push_back({{"stamp", mlvi::ToString(event.stamp)},
+                    {"severity", severity},
+                    {"source", event.source},
                     {"message", event.message}});
   }
   return list;
@@ -136,8 +144,10 @@ ordered_json Pose(const mlvi::Pose3& pose) {
 }
 
 // How the sensors stand to one another at the end: as the rig says, unless estimated.
-ordered_json Calibration(const mlvi::Slam& slam, const mlvi::Rig& rig, const mlvi::WindowConfig& window) {
-  ordered_json calibration = {{"imu", {{"time_offset_s", rig.imu.time_offset.seconds()}}}, {"lidar", nullptr}};
+ordered_json Calibration(const mlvi::Slam& slam, const mlvi::Rig& rig,
+                         const mlvi::WindowConfig& window) {
+  ordered_json calibration = {{"imu", {{"time_offset_s", rig.imu.time_offset.seconds()}}},
+                              {"lidar", nullptr}};
   if (rig.lidar) {
     calibration["lidar"] = {{"T_body_lidar", Pose(rig.lidar->T_body_lidar)},
                             {"time_offset_s", rig.lidar->time_offset.seconds()}};

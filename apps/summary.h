@@ -23,6 +23,7 @@ struct RunFacts {
   double wall_s = 0.0;
 };
 
-// The report of a run, as written to summary.json. docs/outputs.md tells every key: keep it so (a test compares them).
-nlohmann::ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const mlvi::Rig& rig,
-                                   const mlvi::WindowConfig& window);
+// The report of a run, as written to summary.json. docs/outputs.md tells every key: keep it so (a
+// test compares them).
+nlohmann::ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam,
+                                   const mlvi::Rig& rig, const mlvi::WindowConfig& window);

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Accuracy, consistency, speed and memory of the whole odometry on simulated sequences with exact truth:
+// Accuracy, consistency, speed and memory of the whole odometry on simulated sequences with exact
+// truth:
 //   odometry_bench --sequence courtyard-hard --rig newer_college --seconds 60 --seeds 1 --set lio.variant=edge_plane
 // Prints one line per seed and, for several seeds, means and the NEES of the pose.
 
@@ -38,7 +39,8 @@ struct Outcome {
   double odometry_ate = NAN, trajectory_ate = NAN;  // m, se3-aligned rmse
   double attitude_rmse_deg = 0.0, attitude_max_deg = 0.0;
   double drift_percent = NAN;  // mean of errors of segments per length, of the odometry
-  // Once per second: of the pose, of its position and its rotation alone (three degrees of freedom each).
+  // Once per second: of the pose, of its position and its rotation alone (three degrees of freedom
+  // each).
   std::vector<double> nees, nees_position, nees_rotation;
   double sweep_p50_ms = 0.0, sweep_p99_ms = 0.0;
   std::int64_t sweeps = 0, used = 0, degenerate = 0, resets = 0;
@@ -118,14 +120,16 @@ void Evaluate(const Recording& recording, const Slam& slam, Outcome& outcome) {
   outcome.trajectory_ate = smoothed->absolute_translation.rmse;
   double drift = 0.0;
   for (const SegmentDrift& segment : odometry->drift) drift += segment.translation_percent;
-  if (!odometry->drift.empty()) outcome.drift_percent = drift / static_cast<double>(odometry->drift.size());
+  if (!odometry->drift.empty())
+    outcome.drift_percent = drift / static_cast<double>(odometry->drift.size());
   if (odometry->absolute_rotation) {
     outcome.attitude_rmse_deg = odometry->absolute_rotation->rmse * kDegrees;
     outcome.attitude_max_deg = odometry->absolute_rotation->max * kDegrees;
   }
 }
 
-Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config, std::uint64_t seed) {
+Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config,
+                std::uint64_t seed) {
   SequenceOptions sequence = StandardSequence(options.sequence, rig, options.seconds, seed);
   sequence.rest = options.rest;
   Recording recording(sequence);
@@ -136,7 +140,8 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   Outcome outcome;
   outcome.seed = seed;
   outcome.rss_begin_mb = ResidentMegabytes();
-  slam.events().Subscribe([](const Event& event) { fmt::print(stderr, "{}: {}\n", event.source, event.message); });
+  slam.events().Subscribe(
+      [](const Event& event) { fmt::print(stderr, "{}: {}\n", event.source, event.message); });
   Time newest;
   while (true) {
     const auto next = recording.Next();
@@ -165,13 +170,27 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
 
 nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
   const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
-  return {{"sequence", options.sequence}, {"rig", options.rig}, {"seed", o.seed}, {"settings", options.assignments},
-          {"odometry_ate_m", o.odometry_ate}, {"trajectory_ate_m", o.trajectory_ate},
-          {"attitude_rmse_deg", o.attitude_rmse_deg}, {"attitude_max_deg", o.attitude_max_deg}, {"drift_percent", o.drift_percent},
-          {"mean_nees", nees.mean}, {"nees_count", nees.count}, {"sweep_p50_ms", o.sweep_p50_ms},
-          {"sweep_p99_ms", o.sweep_p99_ms}, {"sweeps", o.sweeps}, {"used", o.used}, {"degenerate", o.degenerate},
-          {"weak_axis", {o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z()}}, {"resets", o.resets},
-          {"keyframes", o.keyframes}, {"rss_begin_mb", o.rss_begin_mb}, {"rss_end_mb", o.rss_end_mb}};
+  return {{"sequence", options.sequence},
+          {"rig", options.rig},
+          {"seed", o.seed},
+          {"settings", options.assignments},
+          {"odometry_ate_m", o.odometry_ate},
+          {"trajectory_ate_m", o.trajectory_ate},
+          {"attitude_rmse_deg", o.attitude_rmse_deg},
+          {"attitude_max_deg", o.attitude_max_deg},
+          {"drift_percent", o.drift_percent},
+          {"mean_nees", nees.mean},
+          {"nees_count", nees.count},
+          {"sweep_p50_ms", o.sweep_p50_ms},
+          {"sweep_p99_ms", o.sweep_p99_ms},
+          {"sweeps", o.sweeps},
+          {"used", o.used},
+          {"degenerate", o.degenerate},
+          {"weak_axis", {o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z()}},
+          {"resets", o.resets},
+          {"keyframes", o.keyframes},
+          {"rss_begin_mb", o.rss_begin_mb},
+          {"rss_end_mb", o.rss_end_mb}};
 }
 
 void Print(const Options& options, const Outcome& o) {
@@ -181,17 +200,21 @@ void Print(const Options& options, const Outcome& o) {
     return;
   }
   const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
-  fmt::print("{:16} {:14} seed {:2}  ATE {:.4f} m (smoothed {:.4f})  attitude {:.3f} deg (max {:.3f})  NEES {:6.2f}  used "
-             "{}/{}  degenerate {} ({:.2f} {:.2f} {:.2f})  sweep p50 {:.1f} p99 {:.1f} ms  {} keyframes  RSS {:.0f} -> {:.0f} MB\n",
-             options.sequence, options.rig, o.seed, o.odometry_ate, o.trajectory_ate, o.attitude_rmse_deg,
-             o.attitude_max_deg, nees.mean, o.used, o.sweeps, o.degenerate, o.weak_axis.x(), o.weak_axis.y(),
-             o.weak_axis.z(), o.sweep_p50_ms, o.sweep_p99_ms, o.keyframes, o.rss_begin_mb, o.rss_end_mb);
+  fmt::print(
+      "{:16} {:14} seed {:2}  ATE {:.4f} m (smoothed {:.4f})  attitude {:.3f} deg (max {:.3f})  "
+      "NEES {:6.2f}  used "
+      "{}/{}  degenerate {} ({:.2f} {:.2f} {:.2f})  sweep p50 {:.1f} p99 {:.1f} ms  {} keyframes  "
+      "RSS {:.0f} -> {:.0f} MB\n",
+      options.sequence, options.rig, o.seed, o.odometry_ate, o.trajectory_ate, o.attitude_rmse_deg,
+      o.attitude_max_deg, nees.mean, o.used, o.sweeps, o.degenerate, o.weak_axis.x(),
+      o.weak_axis.y(), o.weak_axis.z(), o.sweep_p50_ms, o.sweep_p99_ms, o.keyframes, o.rss_begin_mb,
+      o.rss_end_mb);
   std::fflush(stdout);
 }
 
 // The mean over seeds of a NEES at each second is made of independent values: its band is the test.
-void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes, const char* what, std::vector<double> Outcome::*nees,
-                        int dof) {
+void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes, const char* what,
+                        std::vector<double> Outcome::*nees, int dof) {
   std::size_t seconds = (outcomes.front().*nees).size();
   for (const Outcome& o : outcomes) seconds = std::min(seconds, (o.*nees).size());
   std::size_t inside = 0;
@@ -204,9 +227,11 @@ void PrintNeesOverSeeds(const std::vector<Outcome>& outcomes, const char* what, 
     inside += summary.consistent() ? 1U : 0U;
   }
   const NeesSummary band = SummarizeNees(std::vector<double>(outcomes.size(), dof), dof);
-  fmt::print("NEES of the {} over {} seeds, 95 % band of the mean [{:.2f}, {:.2f}], expected {}: inside at {} of {} "
-             "instants; means at those instants: {:.2f}\n",
-             what, outcomes.size(), band.low, band.high, dof, inside, seconds, fmt::join(means, " "));
+  fmt::print(
+      "NEES of the {} over {} seeds, 95 % band of the mean [{:.2f}, {:.2f}], expected {}: inside "
+      "at {} of {} "
+      "instants; means at those instants: {:.2f}\n",
+      what, outcomes.size(), band.low, band.high, dof, inside, seconds, fmt::join(means, " "));
 }
 
 int Run(const Options& options) {
@@ -219,7 +244,8 @@ int Run(const Options& options) {
   const ThreadLimit threads(options.threads);
   std::vector<Outcome> outcomes;
   for (int i = 0; i < options.seeds; ++i) {
-    outcomes.push_back(RunOnce(options, *rig, config, static_cast<std::uint64_t>(options.first_seed + i)));
+    outcomes.push_back(
+        RunOnce(options, *rig, config, static_cast<std::uint64_t>(options.first_seed + i)));
     Print(options, outcomes.back());
   }
   if (options.seeds > 1 && !options.json) {

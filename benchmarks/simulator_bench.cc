@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Cost of simulated recordings by stage: building the place, drawing textures and metering, sets of
-// images one after another from the middle of the sequence (the first one computes the soft light of
-// what it sees), sweeps.
+// images one after another from the middle of the sequence (the first one computes the soft light
+// of what it sees), sweeps.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -83,9 +83,8 @@ int Run(const Options& options) {
     }));
     for (const Image& image : set) hash = Hash(hash, image);
     const Time time = recording->cameras().front().TimeOf(index);
-    sweeps.push_back(Measure([&] {
-      recording->lidar().Sweep(recording->world(), recording->motion(), time, index);
-    }));
+    sweeps.push_back(Measure(
+        [&] { recording->lidar().Sweep(recording->world(), recording->motion(), time, index); }));
   }
   Report("first set of images", sets.front());
   Report("set of images, median", Median(sets));

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Feeds a pose graph to IncrementalSmoother one pose at a time, as an odometry would: pose i arrives with all its edges
-// to earlier poses, its first guess is an odometry edge on the current estimate. Reads all poses after every update.
+// Feeds a pose graph to IncrementalSmoother one pose at a time, as an odometry would: pose i
+// arrives with all its edges to earlier poses, its first guess is an odometry edge on the current
+// estimate. Reads all poses after every update.
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -49,10 +50,12 @@ class Sequence {
     for (const PoseGraph::Edge& edge : graph.edges) {
       const int i = index.at(edge.from), j = index.at(edge.to);
       arriving_[std::max(i, j)].push_back(
-          {i, j, edge.T_from_to, std::make_shared<BetweenFactor>(edge.T_from_to, SqrtInformation(edge.information))});
+          {i, j, edge.T_from_to,
+           std::make_shared<BetweenFactor>(edge.T_from_to, SqrtInformation(edge.information))});
     }
     first_ = graph.poses.begin()->second;
-    prior_ = std::make_shared<PosePriorFactor>(first_, Matrix6d(Matrix6d::Identity() / kPriorSigma));
+    prior_ =
+        std::make_shared<PosePriorFactor>(first_, Matrix6d(Matrix6d::Identity() / kPriorSigma));
   }
 
   struct Edge {
@@ -65,10 +68,11 @@ class Sequence {
   const Pose3& first() const { return first_; }
   const std::shared_ptr<PosePriorFactor>& prior() const { return prior_; }
 
-  // Composed from the newest pose that is known and shares one of `edges` with this one; none without such a pose.
+  // Composed from the newest pose that is known and shares one of `edges` with this one; none
+  // without such a pose.
   template <typename EstimateOf, typename IsKnown>
-  std::optional<Pose3> Guess(int pose, const std::vector<Edge>& edges, const EstimateOf& estimate_of,
-                             const IsKnown& is_known) const {
+  std::optional<Pose3> Guess(int pose, const std::vector<Edge>& edges,
+                             const EstimateOf& estimate_of, const IsKnown& is_known) const {
     if (pose == 0) return first_;
     const Edge* best = nullptr;
     int newest = -1;
@@ -102,7 +106,8 @@ double SolveBatch(const Sequence& sequence, int count, Blocks* blocks) {
   problem.AddResidualBlock(sequence.prior().get(), nullptr, (*blocks)[0].data());
   for (int i = 0; i < count; ++i) {
     for (const Sequence::Edge& edge : sequence.arriving(i)) {
-      problem.AddResidualBlock(edge.factor.get(), nullptr, (*blocks)[edge.from].data(), (*blocks)[edge.to].data());
+      problem.AddResidualBlock(edge.factor.get(), nullptr, (*blocks)[edge.from].data(),
+                               (*blocks)[edge.to].data());
     }
   }
   ceres::Solver::Options options;
@@ -120,7 +125,8 @@ Blocks OdometryGuess(const Sequence& sequence) {
   std::vector<char> known(sequence.size(), 0);
   const auto place = [&](int pose, const std::vector<Sequence::Edge>& edges) {
     const auto guess = sequence.Guess(
-        pose, edges, [&](int k) { return LoadPose(blocks[k].data()); }, [&](int k) { return known[k] != 0; });
+        pose, edges, [&](int k) { return LoadPose(blocks[k].data()); },
+        [&](int k) { return known[k] != 0; });
     if (!guess) return;
     StorePose(*guess, blocks[pose].data());
     known[pose] = 1;
@@ -142,7 +148,11 @@ double Quantile(std::vector<double> values, double q) {
 class Run {
  public:
   Run(const Options& options, const Sequence& sequence)
-      : options_(options), sequence_(sequence), smoother_(options.smoother), ids_(sequence.size()), blocks_(sequence.size()) {}
+      : options_(options),
+        sequence_(sequence),
+        smoother_(options.smoother),
+        ids_(sequence.size()),
+        blocks_(sequence.size()) {}
 
   Expected<nlohmann::json> Execute() {
     for (int i = 0; i < sequence_.size(); ++i) {
@@ -183,16 +193,20 @@ class Run {
     reordered_ += summary->reordered_variables;
     cliques_ += summary->reeliminated_cliques;
     if (options_.print_every > 0 && i % options_.print_every == 0) {
-      fmt::print(stderr, "{:6d} objective {:.6g} rounds {} relinearized {} reordered {} cliques {} of {} {:.2f} ms\n", i,
-                 smoother_.Objective(), summary->rounds, summary->relinearized_variables, summary->reordered_variables,
-                 summary->reeliminated_cliques, summary->cliques, times_.back());
+      fmt::print(stderr,
+                 "{:6d} objective {:.6g} rounds {} relinearized {} reordered {} cliques {} of {} "
+                 "{:.2f} ms\n",
+                 i, smoother_.Objective(), summary->rounds, summary->relinearized_variables,
+                 summary->reordered_variables, summary->reeliminated_cliques, summary->cliques,
+                 times_.back());
     }
     return std::nullopt;
   }
 
   void TryAddVariable(int pose, const std::vector<Sequence::Edge>& edges) {
     const auto guess = sequence_.Guess(
-        pose, edges, [&](int k) { return LoadPose(blocks_[k].data()); }, [&](int k) { return ids_[k].valid(); });
+        pose, edges, [&](int k) { return LoadPose(blocks_[k].data()); },
+        [&](int k) { return ids_[k].valid(); });
     if (!guess) return;
     StorePose(*guess, blocks_[pose].data());
     ids_[pose] = smoother_.AddVariable(blocks_[pose], manifold_);
@@ -205,7 +219,8 @@ class Run {
     const double objective = SolveBatch(sequence_, i + 1, &blocks);
     batch_ms_ += MillisecondsSince(start);
     incremental_ms_ += times_.back();
-    worst_excess_ = std::max(worst_excess_, smoother_.Objective() / std::max(objective, 1e-12) - 1.0);
+    worst_excess_ =
+        std::max(worst_excess_, smoother_.Objective() / std::max(objective, 1e-12) - 1.0);
     ++batches_;
   }
 
@@ -217,14 +232,15 @@ class Run {
     json["objective"] = smoother_.Objective();
     if (options_.batch) {
       Blocks odometry = OdometryGuess(sequence_);
-      json["batch_objective"] =
-          std::min(SolveBatch(sequence_, sequence_.size(), &blocks_), SolveBatch(sequence_, sequence_.size(), &odometry));
+      json["batch_objective"] = std::min(SolveBatch(sequence_, sequence_.size(), &blocks_),
+                                         SolveBatch(sequence_, sequence_.size(), &odometry));
     }
     json["total_s"] = total * 1e-3;
     json["mean_update_ms"] = total / times_.size();
     json["p99_update_ms"] = Quantile(times_, 0.99);
     json["max_update_ms"] = Quantile(times_, 1.0);
-    json["mean_update_cpu_ms"] = std::accumulate(cpu_times_.begin(), cpu_times_.end(), 0.0) / cpu_times_.size();
+    json["mean_update_cpu_ms"] =
+        std::accumulate(cpu_times_.begin(), cpu_times_.end(), 0.0) / cpu_times_.size();
     json["p99_update_cpu_ms"] = Quantile(cpu_times_, 0.99);
     json["mean_rounds"] = static_cast<double>(rounds_) / times_.size();
     json["mean_relinearized"] = static_cast<double>(relinearized_) / times_.size();
@@ -257,14 +273,18 @@ int Main(int argc, char** argv) {
   CLI::App app("Incremental smoothing of a g2o pose graph");
   app.add_option("graph", options.path, "g2o file with SE3:QUAT records")->required();
   app.add_flag("--json", options.json, "print one JSON object");
-  app.add_option("--batch-every", options.batch_every, "solve in batch, too, at every Nth pose (0: never)");
+  app.add_option("--batch-every", options.batch_every,
+                 "solve in batch, too, at every Nth pose (0: never)");
   app.add_flag("!--no-batch", options.batch, "leave out the batch optimum at the end");
   app.add_option("--threads", options.threads, "threads of parallel loops (0: all cores)");
   app.add_option("--print-every", options.print_every, "print the state at every Nth pose");
-  app.add_option("--relinearize", options.smoother.relinearize_threshold, "relinearisation threshold");
-  app.add_option("--model-error", options.smoother.model_error_threshold, "threshold of the model error");
+  app.add_option("--relinearize", options.smoother.relinearize_threshold,
+                 "relinearisation threshold");
+  app.add_option("--model-error", options.smoother.model_error_threshold,
+                 "threshold of the model error");
   app.add_option("--wildfire", options.smoother.wildfire_threshold, "wildfire threshold");
-  app.add_option("--urgency", options.smoother.urgency, "multiple of a threshold at which rounds repeat at once");
+  app.add_option("--urgency", options.smoother.urgency,
+                 "multiple of a threshold at which rounds repeat at once");
   app.add_option("--rounds", options.smoother.max_rounds, "most rounds per update");
   CLI11_PARSE(app, argc, argv);
 

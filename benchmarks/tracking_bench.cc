@@ -109,7 +109,8 @@ int main(int argc, char** argv) {
   int repeats = 60, threads = 2;
   std::vector<int> counts = {1, 2, 4, 6};
   mlvi::PanoramicTrackerConfig config;
-  app.add_option("--cameras", counts, "Numbers of cameras; the first is what others are compared with")
+  app.add_option("--cameras", counts,
+                 "Numbers of cameras; the first is what others are compared with")
       ->check(CLI::Range(1, 20));
   app.add_option("--repeats", repeats, "Image sets per entry")->check(CLI::Range(3, 100000));
   app.add_option("--threads", threads, "Threads, 0 for all cores");

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Accuracy, consistency and speed of visual-inertial odometry on simulated sequences with exact truth:
+// Accuracy, consistency and speed of visual-inertial odometry on simulated sequences with exact
+// truth:
 //   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache images
 //   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache images --cameras cam0 --depth
 // Prints one JSON object per run. Images take long to draw: they are kept in the cache.
@@ -75,9 +76,9 @@ class ImageFile {
 
 // Draws the images of all cameras, unless they are there already. Returns the file.
 std::string DrawImages(const Options& o, const Rig& rig) {
-  const std::string path = fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.images", o.cache,
-                                       o.sequence, rig.name, o.seed, o.seconds, o.rate, o.rest,
-                                       o.exact ? "-exact" : "");
+  const std::string path =
+      fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.images", o.cache, o.sequence, rig.name,
+                  o.seed, o.seconds, o.rate, o.rest, o.exact ? "-exact" : "");
   if (std::filesystem::exists(path)) return path;
   std::filesystem::create_directories(o.cache);
   SequenceOptions sequence = MakeSequence(o, rig);
@@ -223,19 +224,19 @@ class Runner {
       if (nees) run.nees.push_back(*nees);
     }
     if (options_.verbose) {
-      const Vector15d error =
-          BoxMinus(recording_.GroundTruth(set.stamp), result.estimate->state);
-      fmt::print(stderr,
-                 "{:6.2f} p {:.3f} v {:.3f} R {:.4f} ba {:.3f} bg {:.4f}  sigma p {:.3f} | {} alive "
-                 "{} followed {} lost {} back {} outliers, {} features ({} lidar) {} it rms {:.2f} "
-                 "kf {}\n",
-                 (set.stamp - recording_.begin()).seconds(), error.segment<3>(0).norm(),
-                 error.segment<3>(3).norm(), error.segment<3>(6).norm(), error.segment<3>(9).norm(),
-                 error.segment<3>(12).norm(),
-                 std::sqrt(result.estimate->covariance.topLeftCorner<3, 3>().trace()), alive,
-                 result.tracking.followed, result.tracking.lost, result.tracking.round_trip,
-                 result.tracking.outliers, result.features, result.features_with_lidar,
-                 result.iterations, result.rms_px, result.keyframe);
+      const Vector15d error = BoxMinus(recording_.GroundTruth(set.stamp), result.estimate->state);
+      fmt::print(
+          stderr,
+          "{:6.2f} p {:.3f} v {:.3f} R {:.4f} ba {:.3f} bg {:.4f}  sigma p {:.3f} | {} alive "
+          "{} followed {} lost {} back {} outliers, {} features ({} lidar) {} it rms {:.2f} "
+          "kf {}\n",
+          (set.stamp - recording_.begin()).seconds(), error.segment<3>(0).norm(),
+          error.segment<3>(3).norm(), error.segment<3>(6).norm(), error.segment<3>(9).norm(),
+          error.segment<3>(12).norm(),
+          std::sqrt(result.estimate->covariance.topLeftCorner<3, 3>().trace()), alive,
+          result.tracking.followed, result.tracking.lost, result.tracking.round_trip,
+          result.tracking.outliers, result.features, result.features_with_lidar, result.iterations,
+          result.rms_px, result.keyframe);
     }
   }
 
@@ -270,12 +271,19 @@ nlohmann::ordered_json Accuracy(const Run& run, const Recording& recording) {
 
 nlohmann::ordered_json ToJson(const Options& o, const Run& run, const Recording& recording,
                               const StageTimes& times) {
-  nlohmann::ordered_json j = {{"sequence", o.sequence}, {"rig", o.rig}, {"seed", o.seed},
-                              {"noise_seed", o.noise_seed}, {"rate_hz", o.rate},
-                              {"cameras", o.cameras}, {"depth", o.depth},
-                              {"settings", o.assignments}, {"sets", run.sets},
-                              {"estimates", run.estimate.size()}, {"keyframes", run.keyframes},
-                              {"failures", run.failures}, {"reasons", run.reasons}};
+  nlohmann::ordered_json j = {{"sequence", o.sequence},
+                              {"rig", o.rig},
+                              {"seed", o.seed},
+                              {"noise_seed", o.noise_seed},
+                              {"rate_hz", o.rate},
+                              {"cameras", o.cameras},
+                              {"depth", o.depth},
+                              {"settings", o.assignments},
+                              {"sets", run.sets},
+                              {"estimates", run.estimate.size()},
+                              {"keyframes", run.keyframes},
+                              {"failures", run.failures},
+                              {"reasons", run.reasons}};
   if (run.estimate.size() > 2) j.update(Accuracy(run, recording));
   j["mean_pose_nees"] = Mean(run.nees);
   j["tracks"] = Mean(run.tracks);

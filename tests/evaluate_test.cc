@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Evaluation to the digit: the results that evo (github.com/MichaelGrupp/evo) stored with its test data, figures that its
-// version 1.38.1 gives for the other pairs of that data, and the command line around them.
+// Evaluation to the digit: the results that evo (github.com/MichaelGrupp/evo) stored with its test
+// data, figures that its version 1.38.1 gives for the other pairs of that data, and the command
+// line around them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -217,7 +218,8 @@ TEST_F(EvoData, AgreesWithEvoOnStampedTrajectories) {
         row.relative.delta, static_cast<int>(row.relative.unit), row.relative.all_pairs);
     ASSERT_EQ(result.matched, row.matched) << what;
     ASSERT_EQ(result.relative_pairs.size(), row.pairs) << what;
-    // Files give six to nine digits of the rotation; what normalising them by other means may differ by.
+    // Files give six to nine digits of the rotation; what normalising them by other means may
+    // differ by.
     constexpr double kTolerance = 1e-6;
     ExpectRelative(result.absolute_translation.rmse, row.ape_translation, kTolerance, what);
     ExpectRelative(kDegrees * result.absolute_rotation->rmse, row.ape_rotation_deg, kTolerance,
@@ -228,7 +230,8 @@ TEST_F(EvoData, AgreesWithEvoOnStampedTrajectories) {
   }
 }
 
-// Interpolation takes the errors of time out: never worse than the nearest pose by more than what sampling noise makes.
+// Interpolation takes the errors of time out: never worse than the nearest pose by more than what
+// sampling noise makes.
 TEST_F(EvoData, InterpolationAgreesWithNearestUpToTheMotionBetweenStamps) {
   for (const std::string data : {"V102", "fr1_xyz", "fr2_desk"}) {
     const auto [estimate, truth] = ReadPair(data);

@@ -37,8 +37,8 @@ constexpr double kSeconds = 6.0;
 // Sweeps of the whole recording: the sequence rests for 2 s, in which the start is found.
 constexpr int kSweeps = 59;
 
-// A part of a recording of `seconds` by itself: its stamps lie in [from, to) seconds after the beginning, late by `late`
-// against the true clock.
+// A part of a recording of `seconds` by itself: its stamps lie in [from, to) seconds after the
+// beginning, late by `late` against the true clock.
 struct Part {
   double seconds = kSeconds, from = 0.0, to = 1e9, late = 0.0;
   std::size_t poses = 0;  // at least
@@ -64,7 +64,8 @@ class RunCommand : public ::testing::Test {
   void Simulate(const SequenceFaults& faults = {}, double seconds = kSeconds) {
     SequenceOptions options = StandardSequence("courtyard-easy", TestRig(), seconds, 5);
     options.faults = faults;
-    Write(options, [](Measurement&, double) { return true; }, bag_);
+    Write(
+        options, [](Measurement&, double) { return true; }, bag_);
   }
 
   void SimulateChanged(const Change& change, double seconds = kSeconds) {
@@ -113,7 +114,8 @@ class RunCommand : public ::testing::Test {
       truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(instant).T_world_body});
     }
     const auto evaluation = Evaluate(estimate, truth, {});
-    return evaluation && estimate.size() >= part.poses ? evaluation->absolute_translation.rmse : 1e9;
+    return evaluation && estimate.size() >= part.poses ? evaluation->absolute_translation.rmse
+                                                       : 1e9;
   }
 
   // All promised results are there and agree with one another.
@@ -141,7 +143,8 @@ TEST_F(RunCommand, WholeRecordingIsUsedAndRepeatsBitByBitAtAnyThreadCount) {
   ExpectResults("ok", kSweeps);
   EXPECT_LT(Ate(), 0.015);
   // Nothing is promised that is not there.
-  EXPECT_EQ(ReadFile(folder_ / "result" / "map.ply").substr(0, 400).find("intensity"), std::string::npos);
+  EXPECT_EQ(ReadFile(folder_ / "result" / "map.ply").substr(0, 400).find("intensity"),
+            std::string::npos);
   const std::string trajectory = ReadFile(folder_ / "result" / "trajectory.tum");
   const std::string odometry = ReadFile(folder_ / "result" / "odometry.tum");
   const std::string map = ReadFile(folder_ / "result" / "map.ply");
@@ -246,10 +249,13 @@ TEST_F(RunCommand, AccelerationsInGravitiesAreConvertedAndNoted) {
 }
 
 TEST_F(RunCommand, AnImuWithoutGravityIsAFailureOfTheInput) {
-  SimulateChanged([](Measurement& measurement, double) {
-    if (auto* sample = std::get_if<ImuSample>(&measurement)) sample->linear_acceleration.setZero();
-    return true;
-  }, 4.0);
+  SimulateChanged(
+      [](Measurement& measurement, double) {
+        if (auto* sample = std::get_if<ImuSample>(&measurement))
+          sample->linear_acceleration.setZero();
+        return true;
+      },
+      4.0);
   const ProcessResult result = Run();
   EXPECT_EQ(result.exit_code, 2) << result.output;
   EXPECT_EQ(Summary()["status"], "failed");
@@ -258,10 +264,13 @@ TEST_F(RunCommand, AnImuWithoutGravityIsAFailureOfTheInput) {
 }
 
 TEST_F(RunCommand, AnImuOfNansIsNamedAsSuch) {
-  SimulateChanged([](Measurement& measurement, double) {
-    if (auto* sample = std::get_if<ImuSample>(&measurement)) sample->linear_acceleration.y() = std::nan("");
-    return true;
-  }, 3.0);
+  SimulateChanged(
+      [](Measurement& measurement, double) {
+        if (auto* sample = std::get_if<ImuSample>(&measurement))
+          sample->linear_acceleration.y() = std::nan("");
+        return true;
+      },
+      3.0);
   const ProcessResult result = Run();
   EXPECT_EQ(result.exit_code, 2) << result.output;
   EXPECT_EQ(Summary()["status"], "input_unusable");
@@ -274,7 +283,8 @@ TEST_F(RunCommand, EveryThirdImuSampleMissing) {
   });
   EXPECT_EQ(Run().exit_code, 0);
   ExpectResults("degraded", kSweeps);
-  EXPECT_THAT(Reason(), HasSubstr("imu: 33 % of the samples are missing between others (100.0 Hz arrive, imu.rate_hz is 150)"));
+  EXPECT_THAT(Reason(), HasSubstr("imu: 33 % of the samples are missing between others (100.0 Hz "
+                                  "arrive, imu.rate_hz is 150)"));
 }
 
 TEST_F(RunCommand, RatesThatContradictTheRig) {
@@ -294,7 +304,8 @@ TEST_F(RunCommand, RatesThatContradictTheRig) {
 TEST_F(RunCommand, ALidarMountedUpsideDownIsNoted) {
   Simulate({}, 10.0);
   Rig rig = TestRig();
-  rig.lidar->T_body_lidar = rig.lidar->T_body_lidar * Pose3(Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), Eigen::Vector3d::Zero());
+  rig.lidar->T_body_lidar = rig.lidar->T_body_lidar *
+                            Pose3(Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), Eigen::Vector3d::Zero());
   UseRig(rig);
   const ProcessResult result = Run();
   EXPECT_EQ(Summary()["status"], "degraded") << result.output;
@@ -306,7 +317,9 @@ TEST_F(RunCommand, AMountThatIsATenthOfATurnOffIsMeasured) {
   Simulate({}, 10.0);
   Rig rig = TestRig();
   rig.lidar->T_body_lidar =
-      rig.lidar->T_body_lidar * Pose3(Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY())), Eigen::Vector3d::Zero());
+      rig.lidar->T_body_lidar *
+      Pose3(Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY())),
+            Eigen::Vector3d::Zero());
   UseRig(rig);
   Run();
   EXPECT_EQ(Summary()["status"], "degraded");
@@ -325,8 +338,10 @@ TEST_F(RunCommand, ALeverArmInMillimetresIsWarnedOf) {
 TEST_F(RunCommand, PartsInTheWrongOrderArePutRightAndDoublesAreRefused) {
   const std::string second = (folder_ / "second.bag").string();
   const SequenceOptions options = StandardSequence("courtyard-easy", TestRig(), kSeconds, 5);
-  Write(options, [](Measurement&, double t) { return t < 3.0; }, bag_);
-  Write(options, [](Measurement&, double t) { return t >= 3.0; }, second);
+  Write(
+      options, [](Measurement&, double t) { return t < 3.0; }, bag_);
+  Write(
+      options, [](Measurement&, double t) { return t >= 3.0; }, second);
   const ProcessResult result = RunOn(second + " " + bag_);
   EXPECT_EQ(result.exit_code, 0) << result.output;
   ExpectResults("ok", kSweeps - 1);
@@ -362,9 +377,11 @@ TEST_F(RunCommand, TimeJumpBackIsReportedAndWhatWasEstimatedIsKept) {
   EXPECT_THAT(result.output, HasSubstr("lidar: time jumps back by 0.9"));
   EXPECT_THAT(Reason(), HasSubstr("time jumped back, "));
   ExpectResults("degraded", 38);
-  // Stamps after the jump repeat instants before it: only the part before has a truth to compare with.
+  // Stamps after the jump repeat instants before it: only the part before has a truth to compare
+  // with.
   const Trajectory estimate = Estimate();
-  for (std::size_t i = 1; i < estimate.size(); ++i) EXPECT_LT(estimate[i - 1].stamp, estimate[i].stamp);
+  for (std::size_t i = 1; i < estimate.size(); ++i)
+    EXPECT_LT(estimate[i - 1].stamp, estimate[i].stamp);
 }
 
 TEST_F(RunCommand, TwoSecondsWithoutLidar) {
@@ -391,9 +408,11 @@ TEST_F(RunCommand, AMinuteBetweenTwoRecordings) {
   EXPECT_FALSE(reset["resumed_s"].get<std::string>().empty());
   EXPECT_THAT(result.output, HasSubstr("track lost"));
   EXPECT_THAT(result.output, HasSubstr("found again"));
-  // docs/outputs.md names exactly the keys that are written; those of cameras in visual_run_test.cc.
+  // docs/outputs.md names exactly the keys that are written; those of cameras in
+  // visual_run_test.cc.
   EXPECT_THAT(test::UndocumentedKeys(summary), ::testing::IsEmpty());
-  EXPECT_THAT(test::UnwrittenKeys(summary, "", {"visual", "calibration.cameras"}), ::testing::IsEmpty());
+  EXPECT_THAT(test::UnwrittenKeys(summary, "", {"visual", "calibration.cameras"}),
+              ::testing::IsEmpty());
   // The first sweep after a minute is held for a broken clock until another confirms it.
   for (const char* name : {"odometry.tum", "trajectory.tum"}) {
     const double first = Ate({.seconds = kWhole, .to = 30.0, .poses = 59}, name);
@@ -452,14 +471,17 @@ TEST_F(RunCommand, BadRigs) {
   EXPECT_THAT(unknown.output, HasSubstr("maxrange"));
   EXPECT_THAT(unknown.output, HasSubstr("max_range"));
 
-  const ProcessResult missing = run_with(replaced("  topic: \"" + TestRig().imu.topic + "\"\n", ""));
+  const ProcessResult missing =
+      run_with(replaced("  topic: \"" + TestRig().imu.topic + "\"\n", ""));
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.output, HasSubstr("topic"));
 
   const ProcessResult mirrored = run_with(
-      "name: mirrored\nimu: {topic: /imu, rate_hz: 100, noise: {accelerometer_density: 0.01, gyroscope_density: 0.001, "
+      "name: mirrored\nimu: {topic: /imu, rate_hz: 100, noise: {accelerometer_density: 0.01, "
+      "gyroscope_density: 0.001, "
       "accelerometer_random_walk: 0.001, gyroscope_random_walk: 0.0001}}\n"
-      "lidar: {topic: /points, rate_hz: 10, T_body_lidar: {t: [0, 0, 0], R: [1, 0, 0, 0, 1, 0, 0, 0, -1]}}\n");
+      "lidar: {topic: /points, rate_hz: 10, T_body_lidar: {t: [0, 0, 0], R: [1, 0, 0, 0, 1, 0, 0, "
+      "0, -1]}}\n");
   EXPECT_EQ(mirrored.exit_code, 1);
   EXPECT_THAT(mirrored.output, HasSubstr("-1"));
   EXPECT_THAT(mirrored.output, HasSubstr("T_body_lidar"));
@@ -481,15 +503,17 @@ TEST_F(RunCommand, BadConfiguration) {
 }
 
 TEST(ConfigurationPage, IsWhatTheProgramDeclares) {
-  EXPECT_EQ(RunMlvi("config-docs").output, ReadFile(fs::path(MLVI_SOURCE_DIR) / "docs" / "configuration.md"))
+  EXPECT_EQ(RunMlvi("config-docs").output,
+            ReadFile(fs::path(MLVI_SOURCE_DIR) / "docs" / "configuration.md"))
       << "renew it: mlvi config-docs > docs/configuration.md";
 }
 
 TEST_F(RunCommand, InterruptionKeepsWhatWasEstimated) {
   Simulate();
   // The progress lines tell when half of the recording is through.
-  const ProcessResult result = test::InterruptMlvi("run " + bag_ + " --rig " + rig_ + " -o " + Output() + " --threads 1",
-                                                   folder_ / "log", "run: 5");
+  const ProcessResult result =
+      test::InterruptMlvi("run " + bag_ + " --rig " + rig_ + " -o " + Output() + " --threads 1",
+                          folder_ / "log", "run: 5");
   EXPECT_EQ(result.exit_code, 130) << result.output;
   ExpectResults("interrupted", 10);
   EXPECT_LT(Estimate().size(), static_cast<std::size_t>(kSweeps));

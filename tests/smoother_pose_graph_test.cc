@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The incremental smoother on public pose graphs, fed one pose at a time, against Ceres over the same factors.
+// The incremental smoother on public pose graphs, fed one pose at a time, against Ceres over the
+// same factors.
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
@@ -27,9 +28,11 @@ class PoseGraphRun {
  public:
   PoseGraphRun(const PoseGraph& graph, const IncrementalSmootherConfig& config)
       : graph_(graph), smoother(config), manifold_(std::make_shared<PoseManifold>()) {
-    prior_ = std::make_shared<PosePriorFactor>(graph.poses.at(0), Matrix6d(1e4 * Matrix6d::Identity()));
+    prior_ =
+        std::make_shared<PosePriorFactor>(graph.poses.at(0), Matrix6d(1e4 * Matrix6d::Identity()));
     for (const PoseGraph::Edge& edge : graph.edges) {
-      factors_.push_back(std::make_shared<BetweenFactor>(edge.T_from_to, SqrtInformation(edge.information)));
+      factors_.push_back(
+          std::make_shared<BetweenFactor>(edge.T_from_to, SqrtInformation(edge.information)));
       arriving_[std::max(edge.from, edge.to)].push_back(factors_.size() - 1);
     }
   }
@@ -39,21 +42,24 @@ class PoseGraphRun {
       Pose3 guess = graph_.poses.at(0);
       for (const std::size_t e : arriving_[i]) {
         const PoseGraph::Edge& edge = graph_.edges[e];
-        if (edge.from == i - 1) guess = LoadPose(smoother.Estimate(ids.back()).data()) * edge.T_from_to;
+        if (edge.from == i - 1)
+          guess = LoadPose(smoother.Estimate(ids.back()).data()) * edge.T_from_to;
       }
       std::array<double, kPoseBlockSize> block;
       StorePose(guess, block.data());
       ids.push_back(smoother.AddVariable(block, manifold_));
       if (i == 0) smoother.AddFactor(prior_, nullptr, {ids[0]});
       for (const std::size_t e : arriving_[i]) {
-        smoother.AddFactor(factors_[e], nullptr, {ids[graph_.edges[e].from], ids[graph_.edges[e].to]});
+        smoother.AddFactor(factors_[e], nullptr,
+                           {ids[graph_.edges[e].from], ids[graph_.edges[e].to]});
       }
       const auto summary = smoother.Update();
       ASSERT_TRUE(summary) << summary.error().message;
     }
   }
 
-  // From the smoother's estimate. The caller asks `problem` for covariances while this object lives.
+  // From the smoother's estimate. The caller asks `problem` for covariances while this object
+  // lives.
   double SolveBatch(ceres::Problem* problem) {
     blocks.resize(ids.size());
     for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -63,7 +69,8 @@ class PoseGraphRun {
     problem->AddResidualBlock(prior_.get(), nullptr, blocks[0].data());
     for (std::size_t e = 0; e < factors_.size(); ++e) {
       const PoseGraph::Edge& edge = graph_.edges[e];
-      problem->AddResidualBlock(factors_[e].get(), nullptr, blocks[edge.from].data(), blocks[edge.to].data());
+      problem->AddResidualBlock(factors_[e].get(), nullptr, blocks[edge.from].data(),
+                                blocks[edge.to].data());
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -99,7 +106,8 @@ class SmallGraph : public testing::TestWithParam<std::string> {};
 
 // At the optimum, so that both covariances are linearised at the same point.
 TEST_P(SmallGraph, ObjectiveAndMarginalsEqualBatch) {
-  if (!std::filesystem::exists(GraphPath(GetParam()))) GTEST_SKIP() << GraphPath(GetParam()) << " is absent";
+  if (!std::filesystem::exists(GraphPath(GetParam())))
+    GTEST_SKIP() << GraphPath(GetParam()) << " is absent";
   const auto graph = ReadG2o(GraphPath(GetParam()));
   ASSERT_TRUE(graph) << graph.error().message;
   PoseGraphRun run(*graph, {.relinearize_threshold = 1e-9,
@@ -121,10 +129,15 @@ TEST_P(SmallGraph, ObjectiveAndMarginalsEqualBatch) {
   ASSERT_TRUE(covariance.Compute(pairs, &problem));
   for (std::size_t i = 2; i < run.ids.size(); ++i) {
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> marginal, cross;
-    covariance.GetCovarianceBlockInTangentSpace(run.blocks[i].data(), run.blocks[i].data(), marginal.data());
-    covariance.GetCovarianceBlockInTangentSpace(run.blocks[1].data(), run.blocks[i].data(), cross.data());
-    const Eigen::MatrixXd joint = run.smoother.MarginalCovariance(std::array{run.ids[1], run.ids[i]});
-    EXPECT_LT((run.smoother.MarginalCovariance(run.ids[i]) - marginal).norm(), 1e-6 * marginal.norm()) << i;
+    covariance.GetCovarianceBlockInTangentSpace(run.blocks[i].data(), run.blocks[i].data(),
+                                                marginal.data());
+    covariance.GetCovarianceBlockInTangentSpace(run.blocks[1].data(), run.blocks[i].data(),
+                                                cross.data());
+    const Eigen::MatrixXd joint =
+        run.smoother.MarginalCovariance(std::array{run.ids[1], run.ids[i]});
+    EXPECT_LT((run.smoother.MarginalCovariance(run.ids[i]) - marginal).norm(),
+              1e-6 * marginal.norm())
+        << i;
     EXPECT_LT((joint.bottomRightCorner<6, 6>() - marginal).norm(), 1e-6 * marginal.norm()) << i;
     EXPECT_LT((joint.topRightCorner<6, 6>() - cross).norm(), 1e-6 * marginal.norm()) << i;
   }
@@ -133,7 +146,8 @@ INSTANTIATE_TEST_SUITE_P(PublicGraphs, SmallGraph, testing::Values("tinyGrid3D",
 
 // With the default thresholds, within 0.1 % of the optimum.
 TEST(PublicGraph, ParkingGarageEndsAtTheOptimum) {
-  if (!std::filesystem::exists(GraphPath("parking-garage"))) GTEST_SKIP() << "parking-garage.g2o is absent";
+  if (!std::filesystem::exists(GraphPath("parking-garage")))
+    GTEST_SKIP() << "parking-garage.g2o is absent";
   const auto graph = ReadG2o(GraphPath("parking-garage"));
   ASSERT_TRUE(graph) << graph.error().message;
   PoseGraphRun run(*graph, {});
@@ -144,20 +158,24 @@ TEST(PublicGraph, ParkingGarageEndsAtTheOptimum) {
   EXPECT_LT(run.smoother.Objective(), 1.001 * optimum);
 }
 
-// A walk in unit steps and quarter turns through a few storeys, which sees every earlier pose within 1.5 m. Unlike the
-// public graphs that the thresholds were chosen on, it revisits places from the start.
+// A walk in unit steps and quarter turns through a few storeys, which sees every earlier pose
+// within 1.5 m. Unlike the public graphs that the thresholds were chosen on, it revisits places
+// from the start.
 PoseGraph Storeys(int poses, double sigma_position, double sigma_rotation) {
   RandomStream random(11, "storeys");
   Vector6d sigma;
-  sigma << sigma_position, sigma_position, sigma_position, sigma_rotation, sigma_rotation, sigma_rotation;
+  sigma << sigma_position, sigma_position, sigma_position, sigma_rotation, sigma_rotation,
+      sigma_rotation;
   const Matrix6d information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   PoseGraph graph;
   std::vector<Pose3> truth = {Pose3()};
   const auto connect = [&](int from, int to) {
     Vector6d noise;
     for (int k = 0; k < 6; ++k) noise[k] = sigma[k] * random.Normal();
-    graph.edges.push_back(
-        {.from = from, .to = to, .T_from_to = BoxPlus(truth[from].inverse() * truth[to], noise), .information = information});
+    graph.edges.push_back({.from = from,
+                           .to = to,
+                           .T_from_to = BoxPlus(truth[from].inverse() * truth[to], noise),
+                           .information = information});
   };
   for (int i = 1; i < poses; ++i) {
     Vector6d step = Vector6d::Zero();
@@ -167,7 +185,8 @@ PoseGraph Storeys(int poses, double sigma_position, double sigma_rotation) {
     truth.push_back(BoxPlus(truth.back(), step));
     connect(i - 1, i);
     for (int j = 0; j < i - 5; ++j) {
-      if ((truth[j].translation() - truth[i].translation()).norm() < 1.5 && random.Uniform() < 0.3) connect(j, i);
+      if ((truth[j].translation() - truth[i].translation()).norm() < 1.5 && random.Uniform() < 0.3)
+        connect(j, i);
     }
   }
   for (int i = 0; i < poses; ++i) graph.poses[i] = truth[i];
@@ -198,7 +217,8 @@ TEST_P(HeldOutGraph, EndsAtTheOptimumWithTheSameBitsAtAnyNumberOfThreads) {
   EXPECT_EQ(estimates[0], estimates[1]);
 }
 INSTANTIATE_TEST_SUITE_P(Noise, HeldOutGraph,
-                         testing::Values(std::pair{0.05, 0.02}, std::pair{0.001, 0.001}, std::pair{0.2, 0.05}));
+                         testing::Values(std::pair{0.05, 0.02}, std::pair{0.001, 0.001},
+                                         std::pair{0.2, 0.05}));
 
 }  // namespace
 }  // namespace mlvi

@@ -38,12 +38,14 @@ inline std::vector<KeyPath> DocumentedPaths() {
   bool within = false;
   for (std::string line; std::getline(file, line);) {
     if (line.starts_with("## ")) within = line == "## summary.json";
-    if (within && line.starts_with("| `")) paths.push_back(ParsePath(line.substr(3, line.find('`', 3) - 3)));
+    if (within && line.starts_with("| `"))
+      paths.push_back(ParsePath(line.substr(3, line.find('`', 3) - 3)));
   }
   return paths;
 }
 
-inline void AppendLeaves(const nlohmann::json& value, const KeyPath& path, std::vector<KeyPath>& leaves) {
+inline void AppendLeaves(const nlohmann::json& value, const KeyPath& path,
+                         std::vector<KeyPath>& leaves) {
   const auto below = [&](const std::string& key, const nlohmann::json& child) {
     KeyPath longer = path;
     longer.push_back(key);
@@ -60,7 +62,8 @@ inline void AppendLeaves(const nlohmann::json& value, const KeyPath& path, std::
 
 // A null stands for all that would be below it.
 inline bool Describes(const KeyPath& documented, const KeyPath& written, bool prefix) {
-  if (prefix ? written.size() > documented.size() : written.size() != documented.size()) return false;
+  if (prefix ? written.size() > documented.size() : written.size() != documented.size())
+    return false;
   for (std::size_t i = 0; i < written.size(); ++i) {
     if (!documented[i].starts_with('<') && documented[i] != written[i]) return false;
   }
@@ -80,15 +83,17 @@ inline std::vector<std::string> UndocumentedKeys(const nlohmann::json& summary) 
   std::vector<std::string> unknown;
   for (const KeyPath& leaf : leaves) {
     bool known = false;
-    for (const KeyPath& documented : DocumentedPaths()) known = known || Describes(documented, leaf, true);
+    for (const KeyPath& documented : DocumentedPaths())
+      known = known || Describes(documented, leaf, true);
     if (!known) unknown.push_back(ToText(leaf));
   }
   return unknown;
 }
 
-// What the document promises under `root` (empty: anywhere) but for `except`, and is not written. Counts by reason need
-// not be there.
-inline std::vector<std::string> UnwrittenKeys(const nlohmann::json& summary, const std::string& root,
+// What the document promises under `root` (empty: anywhere) but for `except`, and is not written.
+// Counts by reason need not be there.
+inline std::vector<std::string> UnwrittenKeys(const nlohmann::json& summary,
+                                              const std::string& root,
                                               const std::vector<std::string>& except = {}) {
   std::vector<KeyPath> leaves;
   AppendLeaves(summary, {}, leaves);

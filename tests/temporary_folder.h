@@ -16,7 +16,8 @@ namespace mlvi::test {
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(const std::string& name)
-      : path_(std::filesystem::path(testing::TempDir()) / fmt::format("mlvi_{}_{}", name, getpid())) {
+      : path_(std::filesystem::path(testing::TempDir()) /
+              fmt::format("mlvi_{}_{}", name, getpid())) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }

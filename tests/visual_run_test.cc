@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// `mlvi run` with cameras, as its users meet it: one recording with two small cameras, played whole and with faults.
+// `mlvi run` with cameras, as its users meet it: one recording with two small cameras, played whole
+// and with faults.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +40,8 @@ Rig SmallRig() {
   rig.cameras[1].name = "right";
   for (CameraSpec& camera : rig.cameras) {
     camera.topic = "/" + camera.name;  // raw images: a JPEG of this size shows its blocks
-    camera.model = *MakeCameraModel("equidistant", 320, 256, {135, 135, 157, 127}, {-0.07, 0.0086, -0.022, 0.0074});
+    camera.model = *MakeCameraModel("equidistant", 320, 256, {135, 135, 157, 127},
+                                    {-0.07, 0.0086, -0.022, 0.0074});
     camera.valid_radius_px = 0.0;
     camera.rate_hz = kImageRate;
   }
@@ -78,9 +80,11 @@ const Played& Original() {
 
 class VisualRun : public ::testing::Test {
  protected:
-  // Writes the recording; `change` sees each image with its time since the beginning (s), may alter it, and tells
-  // whether it is kept.
-  void Write(const std::function<bool(Image&, double)>& change = [](Image&, double) { return true; }) {
+  // Writes the recording; `change` sees each image with its time since the beginning (s), may alter
+  // it, and tells whether it is kept.
+  void Write(const std::function<bool(Image&, double)>& change = [](Image&, double) {
+    return true;
+  }) {
     auto writer = BagWriter::Create(Path("recording.bag"), Original().rig);
     ASSERT_TRUE(writer) << writer.error().message;
     for (Measurement measurement : Original().measurements) {
@@ -108,8 +112,9 @@ class VisualRun : public ::testing::Test {
   }
 
   int Run(const std::string& arguments) {
-    const test::ProcessResult result = test::RunMlvi("run " + Path("recording.bag") + " --rig " + Path("rig.yaml") +
-                                                     " -o " + Path("result") + " " + arguments);
+    const test::ProcessResult result =
+        test::RunMlvi("run " + Path("recording.bag") + " --rig " + Path("rig.yaml") + " -o " +
+                      Path("result") + " " + arguments);
     output_ = result.output;
     summary_ = nlohmann::json::parse(Read("summary.json"), nullptr, false);
     return result.exit_code;
@@ -200,7 +205,8 @@ void VisualRun::ExpectNoChangeOfTheLidarsEstimate() {
   EXPECT_GT(summary_["visual"]["image_sets_tracking"].get<int>(), 40);
 }
 
-// ctest runs every case in a process of its own, and tracing the recording is what takes the time: one case.
+// ctest runs every case in a process of its own, and tracing the recording is what takes the time:
+// one case.
 TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
   ExpectCamerasAloneToDo();
   ExpectFaultsToBeReportedAndSurvived();
@@ -210,7 +216,8 @@ TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
 TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
   WriteWithoutImages();
   EXPECT_EQ(Run("--cameras lefft"), 1);
-  EXPECT_THAT(output_, HasSubstr("has no camera 'lefft', it has left, right; did you mean 'left'?"));
+  EXPECT_THAT(output_,
+              HasSubstr("has no camera 'lefft', it has left, right; did you mean 'left'?"));
   EXPECT_EQ(Run("--cameras left,left"), 1);
   EXPECT_THAT(output_, HasSubstr("'left' is given twice"));
   EXPECT_EQ(Run("--no-lidar"), 1);
@@ -220,7 +227,8 @@ TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
   EXPECT_EQ(Run("--cameras all --no-lidar"), 2);
   EXPECT_THAT(output_, HasSubstr("none of the topics of rig"));
   Run("--cameras all");  // beside the LiDAR they are left out, and nobody misses them
-  EXPECT_THAT(output_, HasSubstr("left: topic '/left' is not in the recording; the camera is not used"));
+  EXPECT_THAT(output_,
+              HasSubstr("left: topic '/left' is not in the recording; the camera is not used"));
   EXPECT_FALSE(summary_["streams"].contains("left"));
   EXPECT_EQ(Run("--cameras all --compensation sphere"), 1);
   EXPECT_THAT(output_, HasSubstr("sphere"));

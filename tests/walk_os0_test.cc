@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A real recording that starts in motion: 76 sweeps at 2 Hz, x, y and z only, against its published poses.
+// A real recording that starts in motion: 76 sweeps at 2 Hz, x, y and z only, against its published
+// poses.
 #include <gtest/gtest.h>
 
 #include <filesystem>

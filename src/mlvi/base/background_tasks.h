@@ -10,9 +10,9 @@
 
 namespace mlvi {
 
-// Work that free threads may do while the caller goes on. It counts towards ThreadLimit; where no thread is free, the
-// caller does it when it waits. The tasks have an arena of their own, so that a parallel loop of the caller never stops
-// to do one of them.
+// Work that free threads may do while the caller goes on. It counts towards ThreadLimit; where no
+// thread is free, the caller does it when it waits. The tasks have an arena of their own, so that a
+// parallel loop of the caller never stops to do one of them.
 class BackgroundTasks {
  public:
   // A task under way. Its destructor waits for it.
@@ -28,13 +28,15 @@ class BackgroundTasks {
 
    private:
     friend class BackgroundTasks;
-    explicit Task(tbb::task_arena& arena) : arena_(&arena), group_(std::make_unique<tbb::task_group>()) {}
+    explicit Task(tbb::task_arena& arena)
+        : arena_(&arena), group_(std::make_unique<tbb::task_group>()) {}
 
     tbb::task_arena* arena_;
     std::unique_ptr<tbb::task_group> group_;
   };
 
-  // Must outlive the tasks. `work` is copied; what it refers to must live until it has been waited for.
+  // Must outlive the tasks. `work` is copied; what it refers to must live until it has been waited
+  // for.
   template <typename Work>
   Task Run(Work&& work) {
     Task task(arena_);

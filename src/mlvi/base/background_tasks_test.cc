@@ -31,7 +31,9 @@ TEST(BackgroundTasks, AreDoneWhenWaitedForAtAnyNumberOfThreads) {
 TEST(BackgroundTasks, ADestroyedTaskHasBeenDone) {
   BackgroundTasks background;
   bool done = false;
-  { const BackgroundTasks::Task task = background.Run([&] { done = true; }); }
+  {
+    const BackgroundTasks::Task task = background.Run([&] { done = true; });
+  }
   EXPECT_TRUE(done);
 }
 

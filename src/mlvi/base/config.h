@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Configuration, declared once: a plain struct whose Declare() names each field with unit, reason and valid range.
-// Reading a file, --set, the documentation page and the dump beside the results all derive from that declaration.
+// Configuration, declared once: a plain struct whose Declare() names each field with unit, reason
+// and valid range. Reading a file, --set, the documentation page and the dump beside the results
+// all derive from that declaration.
 //
 //   struct DeskewConfig {
 //     double max_gap = 0.1;
@@ -30,7 +31,8 @@ struct ConfigRange {
   double max = std::numeric_limits<double>::infinity();
 };
 
-// An enum seen as its index in a list of names; `Bind` makes one from any enum with values 0, 1, ...
+// An enum seen as its index in a list of names; `Bind` makes one from any enum with values 0, 1,
+// ...
 struct ConfigEnumReference {
   int* value = nullptr;
   std::vector<std::string> names;
@@ -50,8 +52,8 @@ struct ConfigOrder {
   std::string consequence;  // of its violation
 };
 
-// Collects the fields of a configuration by visiting its Declare functions. Holds pointers into the visited struct: do
-// not let it outlive that.
+// Collects the fields of a configuration by visiting its Declare functions. Holds pointers into the
+// visited struct: do not let it outlive that.
 class ConfigDeclaration {
  public:
   // A declaration of all of `config`.
@@ -70,7 +72,7 @@ class ConfigDeclaration {
              ConfigRange range = {});
   // An enum with underlying type int and values 0, 1, ... named in that order.
   template <typename Enum>
-    requires std::is_enum_v<Enum>
+  requires std::is_enum_v<Enum>
   void Field(std::string_view name, Enum& value, std::initializer_list<std::string> names,
              std::string_view reason) {
     static_assert(std::is_same_v<std::underlying_type_t<Enum>, int>);
@@ -84,23 +86,24 @@ class ConfigDeclaration {
     prefix_ = outer;
   }
 
-  // The field `low` must not exceed the field `high`: names of numeric fields declared before, relative to this section.
-  // `consequence` completes "otherwise ...".
+  // The field `low` must not exceed the field `high`: names of numeric fields declared before,
+  // relative to this section. `consequence` completes "otherwise ...".
   void AtMost(std::string_view low, std::string_view high, std::string_view consequence);
 
   const std::vector<ConfigField>& fields() const { return fields_; }
 
-  // Sets one field from text. Errors name the field, the value and the violated constraint; an unknown key comes with
-  // the nearest valid one.
+  // Sets one field from text. Errors name the field, the value and the violated constraint; an
+  // unknown key comes with the nearest valid one.
   Expected<void> Set(std::string_view key, std::string_view text);
   // "key=value".
   Expected<void> SetAssignment(std::string_view assignment);
-  // Whether the values agree with one another, once all are set. Errors (kConfiguration) name both fields, their values
-  // and the remedy.
+  // Whether the values agree with one another, once all are set. Errors (kConfiguration) name both
+  // fields, their values and the remedy.
   Expected<void> Check() const;
   // All fields as a nested YAML document, each with unit and reason as a comment.
   std::string ToYaml() const;
-  // The documentation page: a Markdown table of key, default, unit, range and reason, and the rules between fields.
+  // The documentation page: a Markdown table of key, default, unit, range and reason, and the rules
+  // between fields.
   std::string ToMarkdown() const;
 
  private:
@@ -114,7 +117,8 @@ class ConfigDeclaration {
   std::vector<ConfigOrder> orders_;
 };
 
-// The candidate with the smallest edit distance to `word`, or "" when that is beyond a third of the longer one's length.
+// The candidate with the smallest edit distance to `word`, or "" when that is beyond a third of the
+// longer one's length.
 std::string NearestName(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace mlvi

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/base/config.h"
-#include "mlvi/base/suggestion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "mlvi/base/suggestion.h"
 
 namespace mlvi {
 namespace {
@@ -146,8 +147,9 @@ TEST(ConfigOrderTest, ViolationsNameBothFieldsTheirValuesAndTheRemedy) {
   ASSERT_TRUE(declaration.Set("far.least", "4.5"));
   ASSERT_FALSE(declaration.Check());
   EXPECT_EQ(declaration.Check().error().kind, ErrorKind::kConfiguration);
-  EXPECT_EQ(declaration.Check().error().message,
-            "far.least = 4.5 exceeds far.most = 4: no span would do. Lower far.least or raise far.most.");
+  EXPECT_EQ(
+      declaration.Check().error().message,
+      "far.least = 4.5 exceeds far.most = 4: no span would do. Lower far.least or raise far.most.");
   ASSERT_TRUE(declaration.Set("far.most", "5"));
   EXPECT_TRUE(declaration.Check());
   ASSERT_TRUE(declaration.Set("near.most", "6"));

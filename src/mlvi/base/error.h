@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Three kinds of error, three means: a broken contract throws ContractViolation (MLVI_CHECK); bad external data is an
-// Expected<T> whose Error says what was found, the numbers, the likely cause and the remedy; an expected outcome of
-// estimation is an enum or an optional of the function concerned. Libraries never exit, print or swallow.
+// Three kinds of error, three means: a broken contract throws ContractViolation (MLVI_CHECK); bad
+// external data is an Expected<T> whose Error says what was found, the numbers, the likely cause
+// and the remedy; an expected outcome of estimation is an enum or an optional of the function
+// concerned. Libraries never exit, print or swallow.
 #pragma once
 
 #include <fmt/format.h>
@@ -50,10 +51,10 @@ namespace internal {
 }  // namespace mlvi
 
 // MLVI_CHECK(condition, "format", args...): the message must give the values.
-#define MLVI_CHECK(condition, ...)                                                             \
-  do {                                                                                         \
-    if (!(condition)) {                                                                        \
-      ::mlvi::internal::ThrowViolation(                                                        \
+#define MLVI_CHECK(condition, ...)                                                            \
+  do {                                                                                        \
+    if (!(condition)) {                                                                       \
+      ::mlvi::internal::ThrowViolation(                                                       \
           __FILE__, __LINE__, "check failed: " #condition ": " + ::fmt::format(__VA_ARGS__)); \
-    }                                                                                          \
+    }                                                                                         \
   } while (false)

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Deterministic parallel loops: the split into chunks depends on the problem alone, never on the number of threads, and
-// partial results are combined in the order of the chunks. So the same input gives the same bits at any thread count.
+// Deterministic parallel loops: the split into chunks depends on the problem alone, never on the
+// number of threads, and partial results are combined in the order of the chunks. So the same input
+// gives the same bits at any thread count.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -29,7 +30,8 @@ class ThreadLimit {
   tbb::global_control control_;
 };
 
-// Calls body(begin, end) for the chunks [0, grain), [grain, 2 grain), ... of [0, size), in any order and in parallel.
+// Calls body(begin, end) for the chunks [0, grain), [grain, 2 grain), ... of [0, size), in any
+// order and in parallel.
 template <typename Body>
 void ParallelForChunks(std::size_t size, std::size_t grain, const Body& body) {
   if (size == 0) return;
@@ -50,8 +52,8 @@ void ParallelFor(std::size_t size, std::size_t grain, const Body& body) {
   });
 }
 
-// Sums chunk results in chunk order: result = ((identity + map(chunk 0)) + map(chunk 1)) + ... where `map(begin, end)`
-// returns a Result and `combine(result&, const Result&)` adds one.
+// Sums chunk results in chunk order: result = ((identity + map(chunk 0)) + map(chunk 1)) + ...
+// where `map(begin, end)` returns a Result and `combine(result&, const Result&)` adds one.
 template <typename Result, typename Map, typename Combine>
 Result ParallelReduce(std::size_t size, std::size_t grain, Result identity, const Map& map,
                       const Combine& combine) {

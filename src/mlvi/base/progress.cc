@@ -53,11 +53,11 @@ void ProgressBar::Draw(double fraction, const std::string& note) {
   const double remaining = fraction > 0.0 ? elapsed * (1.0 - fraction) / fraction : 0.0;
   if (terminal_) {
     const int filled = static_cast<int>(fraction * kBarWidth);
-    fmt::print(stream_, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {:.0f} s left  {}\033[K", title_, "", filled,
-               "", kBarWidth - filled, 100.0 * fraction, remaining, note);
+    fmt::print(stream_, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {:.0f} s left  {}\033[K", title_, "",
+               filled, "", kBarWidth - filled, 100.0 * fraction, remaining, note);
   } else {
-    fmt::print(stream_, "{}: {:.0f} % after {:.1f} s, about {:.1f} s left {}\n", title_, 100.0 * fraction,
-               elapsed, remaining, note);
+    fmt::print(stream_, "{}: {:.0f} % after {:.1f} s, about {:.1f} s left {}\n", title_,
+               100.0 * fraction, elapsed, remaining, note);
   }
   std::fflush(stream_);
 }

@@ -8,7 +8,8 @@
 
 namespace mlvi {
 
-// Progress of long work: a bar with remaining time on a terminal, plain lines (one per ten percent) in a log.
+// Progress of long work: a bar with remaining time on a terminal, plain lines (one per ten percent)
+// in a log.
 class ProgressBar {
  public:
   // Writes to `stream`, which must outlive the bar; nullptr makes it silent.

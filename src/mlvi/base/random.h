@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Random numbers of the simulator and of tests: one named stream per sensor, explicit seeds, the same bits on every
-// machine (the distributions of the standard library differ between implementations).
+// Random numbers of the simulator and of tests: one named stream per sensor, explicit seeds, the
+// same bits on every machine (the distributions of the standard library differ between
+// implementations).
 #pragma once
 
 #include <cmath>
@@ -19,8 +20,8 @@ class RandomStream {
     for (const char c : name) state_ = Mix(state_ ^ static_cast<unsigned char>(c));
     state_ = Mix(state_);
   }
-  // A stream of its own for an element (a sweep, a column) of this one: results do not depend on the order in which
-  // elements are drawn. Does not advance this stream.
+  // A stream of its own for an element (a sweep, a column) of this one: results do not depend on
+  // the order in which elements are drawn. Does not advance this stream.
   RandomStream Fork(std::uint64_t index) const { return RandomStream(Mix(state_ ^ Mix(index))); }
 
   std::uint64_t NextBits() { return Mix(state_ += 0x9e3779b97f4a7c15ULL); }

@@ -9,7 +9,8 @@
 namespace mlvi {
 namespace {
 
-// Pinned: simulated recordings of one seed must be the same on every machine and with every version.
+// Pinned: simulated recordings of one seed must be the same on every machine and with every
+// version.
 TEST(RandomStream, KnownValues) {
   RandomStream bare(0);  // the published first value of SplitMix64 with seed 0, 0xe220a8397b1dcdaf
   EXPECT_EQ(bare.NextBits(), 16294208416658607535ULL);

@@ -9,7 +9,8 @@
 
 namespace mlvi {
 
-// Wall times of named stages, collected by the instance that runs them and reported in summary.json.
+// Wall times of named stages, collected by the instance that runs them and reported in
+// summary.json.
 class StageTimes {
  public:
   struct Statistics {
@@ -28,7 +29,8 @@ class StageTimes {
     Scope(StageTimes& times, std::string stage)
         : times_(times), stage_(std::move(stage)), start_(std::chrono::steady_clock::now()) {}
     ~Scope() {
-      const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start_;
+      const std::chrono::duration<double, std::milli> elapsed =
+          std::chrono::steady_clock::now() - start_;
       times_.Record(stage_, elapsed.count());
     }
     Scope(const Scope&) = delete;

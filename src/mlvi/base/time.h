@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Time on the wire of every sensor is integer nanoseconds; seconds exist only as durations in formulas.
+// Time on the wire of every sensor is integer nanoseconds; seconds exist only as durations in
+// formulas.
 #pragma once
 
 #include <cmath>
@@ -41,7 +42,8 @@ class Time {
  public:
   constexpr Time() = default;  // The invalid instant: earlier than every valid one.
   static constexpr Time FromNanoseconds(std::int64_t ns) { return Time(ns); }
-  // Loses precision for large values (about 0.2 us at Unix times): only for data that exists in seconds.
+  // Loses precision for large values (about 0.2 us at Unix times): only for data that exists in
+  // seconds.
   static Time FromSeconds(double seconds) { return Time(std::llround(seconds * 1e9)); }
 
   constexpr bool valid() const { return ns_ != std::numeric_limits<std::int64_t>::min(); }
@@ -62,8 +64,8 @@ class Time {
 
 // "1625132069.158812160": seconds with nine decimals, without a detour over double.
 std::string ToString(Time time);
-// Reads what ToString writes, and any plain decimal number of seconds with up to nine decimals used.
-// Returns the invalid Time when `text` is no such number.
+// Reads what ToString writes, and any plain decimal number of seconds with up to nine decimals
+// used. Returns the invalid Time when `text` is no such number.
 Time ParseTime(const std::string& text);
 
 }  // namespace mlvi

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which pose of an estimate belongs to which pose of the truth. Poses are compared as matrices just as they were given:
-// the rotations of some truth files (KITTI: seven digits) are not orthonormal beyond 1e-7, and other tools do not repair
-// them either, so figures agree with theirs to the last digits.
+// Which pose of an estimate belongs to which pose of the truth. Poses are compared as matrices just
+// as they were given: the rotations of some truth files (KITTI: seven digits) are not orthonormal
+// beyond 1e-7, and other tools do not repair them either, so figures agree with theirs to the last
+// digits.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,9 +17,11 @@
 namespace mlvi {
 
 enum class AssociationKind : int {
-  // The denser trajectory is interpolated at the stamps of the sparser one: no error of time enters.
+  // The denser trajectory is interpolated at the stamps of the sparser one: no error of time
+  // enters.
   kInterpolate = 0,
-  // Each pose of the sparser trajectory with the nearest in time of the denser one (as evo does by default).
+  // Each pose of the sparser trajectory with the nearest in time of the denser one (as evo does by
+  // default).
   kNearest = 1,
 };
 
@@ -42,8 +45,9 @@ struct MatchedPoses {
   std::size_t truth_count = 0;
 };
 
-// Stamps need not be sorted. Errors (kInput): an empty trajectory or a value that is not finite; no overlap in time, with
-// both ranges and the likely cause; no pair within the limits. So a result holds at least one pair.
+// Stamps need not be sorted. Errors (kInput): an empty trajectory or a value that is not finite; no
+// overlap in time, with both ranges and the likely cause; no pair within the limits. So a result
+// holds at least one pair.
 Expected<MatchedPoses> Associate(const Trajectory& estimate, const Trajectory& truth,
                                  const AssociationOptions& options);
 

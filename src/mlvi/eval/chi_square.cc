@@ -16,7 +16,8 @@ constexpr int kMaxIterations = 1'000'000;  // the series needs a few sqrt(dof) t
 // x^a e^-x / Gamma(a)
 double GammaFactor(double a, double x) { return std::exp(a * std::log(x) - x - std::lgamma(a)); }
 
-// Lower regularised incomplete gamma function by its series; for x < a + 1 (Abramowitz and Stegun 6.5.29).
+// Lower regularised incomplete gamma function by its series; for x < a + 1 (Abramowitz and Stegun
+// 6.5.29).
 double LowerGammaSeries(double a, double x) {
   double term = 1.0 / a, sum = term;
   for (int n = 1; n < kMaxIterations && term > kEpsilon * sum; ++n) sum += term *= x / (a + n);

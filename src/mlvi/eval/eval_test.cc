@@ -224,7 +224,8 @@ TEST(PoseErrors, PositionOnlyTruthGivesPositionErrorsOnly) {
   EXPECT_TRUE(result.drift.empty());
 }
 
-// A straight walk with an odometer that reads 2 % too long: drift and relative errors are 2 %, at every length.
+// A straight walk with an odometer that reads 2 % too long: drift and relative errors are 2 %, at
+// every length.
 TEST(Drift, OfAScaledOdometer) {
   PoseMatrices truth, estimate;
   for (int i = 0; i <= 1000; ++i) {

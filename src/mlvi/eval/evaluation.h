@@ -29,7 +29,8 @@ struct Evaluation {
   Time first{}, last{};      // instants of the first and last matched pair; invalid without stamps
   double path_length = 0.0;  // m, of the matched truth
   Similarity3 T_truth_estimate{};
-  // False when one side knows positions only: then everything about rotations, relative errors and drift is empty.
+  // False when one side knows positions only: then everything about rotations, relative errors and
+  // drift is empty.
   bool has_rotations = true;
   PoseErrors absolute_errors{};
   ErrorStatistics absolute_translation{};              // m

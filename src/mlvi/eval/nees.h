@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Normalised estimation error squared: whether errors are as large as the covariance claims (Bar-Shalom et al. 2001, 5.4).
+// Normalised estimation error squared: whether errors are as large as the covariance claims
+// (Bar-Shalom et al. 2001, 5.4).
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +13,8 @@
 
 namespace mlvi {
 
-// e^T P^-1 e with e = BoxMinus(truth, estimate), P in the same chart. Error (kInput) when P is not positive definite.
+// e^T P^-1 e with e = BoxMinus(truth, estimate), P in the same chart. Error (kInput) when P is not
+// positive definite.
 Expected<double> PoseNees(const Pose3& estimate, const Pose3& truth, const Matrix6d& covariance);
 
 struct NeesSummary {
@@ -20,8 +22,9 @@ struct NeesSummary {
   int dof = 0;
   double mean = 0.0;             // expected: dof
   double low = 0.0, high = 0.0;  // 95 % band of the mean of `count` independent values
-  // Below `low` the estimator is too cautious, above `high` too sure of itself. Errors of one trajectory are correlated in
-  // time: thin the values, or average over runs, before taking the band literally.
+  // Below `low` the estimator is too cautious, above `high` too sure of itself. Errors of one
+  // trajectory are correlated in time: thin the values, or average over runs, before taking the
+  // band literally.
   bool consistent() const { return mean >= low && mean <= high; }
 };
 

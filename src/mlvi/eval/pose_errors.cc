@@ -36,11 +36,8 @@ std::vector<double> Travelled(const PoseMatrices& poses, const std::vector<Time>
       case DeltaUnit::kRadians:
         travelled[i] = travelled[i - 1] + Angle(Between(poses[i - 1], poses[i]));
         break;
-      case DeltaUnit::kSeconds:
-        travelled[i] = (stamps[i] - stamps[0]).seconds();
-        break;
-      default:
-        travelled[i] = static_cast<double>(i);
+      case DeltaUnit::kSeconds: travelled[i] = (stamps[i] - stamps[0]).seconds(); break;
+      default: travelled[i] = static_cast<double>(i);
     }
   }
   return travelled;

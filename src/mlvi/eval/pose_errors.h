@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Absolute and relative pose errors (Sturm et al. 2012) and drift over distance (Geiger et al., KITTI odometry, 2012).
+// Absolute and relative pose errors (Sturm et al. 2012) and drift over distance (Geiger et al.,
+// KITTI odometry, 2012).
 #pragma once
 
 #include <utility>
@@ -31,8 +32,9 @@ enum class DeltaUnit : int { kFrames = 0, kMetres = 1, kRadians = 2, kSeconds = 
 struct RelativeErrorOptions {
   double delta = 1.0;  // length of a pair, in units of
   DeltaUnit unit = DeltaUnit::kMetres;
-  // false: consecutive pairs, each starts where the last ended. true: a pair from every pose on, to the one nearest in
-  // length (radians: to every one) that is within `tolerance`; angles are then direct, not accumulated.
+  // false: consecutive pairs, each starts where the last ended. true: a pair from every pose on, to
+  // the one nearest in length (radians: to every one) that is within `tolerance`; angles are then
+  // direct, not accumulated.
   bool all_pairs = false;
   double tolerance = 0.1;         // share of delta
   bool pairs_from_truth = false;  // measure delta along the truth, instead of along the estimate
@@ -42,8 +44,9 @@ struct RelativeErrorOptions {
 
 using IndexPair = std::pair<std::size_t, std::size_t>;
 
-// The pairs of poses between which relative errors are taken. Errors (kConfiguration): delta not positive or not an
-// integer for frames; seconds without stamps. The result may be empty, when the trajectory is too short.
+// The pairs of poses between which relative errors are taken. Errors (kConfiguration): delta not
+// positive or not an integer for frames; seconds without stamps. The result may be empty, when the
+// trajectory is too short.
 Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses,
                                              const std::vector<Time>& stamps,
                                              const RelativeErrorOptions& options);
@@ -52,7 +55,8 @@ Expected<std::vector<IndexPair>> SelectPairs(const PoseMatrices& poses,
 PoseErrors RelativeErrors(const PoseMatrices& estimate, const PoseMatrices& truth,
                           const std::vector<IndexPair>& pairs);
 
-// Error per distance over all segments of one length, measured along the truth and started at every pose.
+// Error per distance over all segments of one length, measured along the truth and started at every
+// pose.
 struct SegmentDrift {
   double length = 0.0;  // m
   std::size_t count = 0;

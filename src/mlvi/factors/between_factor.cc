@@ -8,7 +8,8 @@
 
 namespace mlvi {
 
-bool BetweenFactor::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool BetweenFactor::Evaluate(const double* const* parameters, double* residuals,
+                             double** jacobians) const {
   const Pose3 T_world_i = LoadPose(parameters[0]), T_world_j = LoadPose(parameters[1]);
   const Pose3 T_i_j = T_world_i.inverse() * T_world_j;
   const Vector6d error = LogSe3(T_j_i_measured_ * T_i_j);
@@ -27,9 +28,10 @@ bool BetweenFactor::Evaluate(const double* const* parameters, double* residuals,
 
 Matrix6d SqrtInformation(const Matrix6d& information) {
   const Eigen::LLT<Matrix6d> llt(information);
-  MLVI_CHECK(llt.info() == Eigen::Success, "information with diagonal {} {} {} {} {} {} is not positive definite",
-             information(0, 0), information(1, 1), information(2, 2), information(3, 3), information(4, 4),
-             information(5, 5));
+  MLVI_CHECK(llt.info() == Eigen::Success,
+             "information with diagonal {} {} {} {} {} {} is not positive definite",
+             information(0, 0), information(1, 1), information(2, 2), information(3, 3),
+             information(4, 4), information(5, 5));
   return llt.matrixU();
 }
 

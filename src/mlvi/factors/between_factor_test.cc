@@ -39,7 +39,8 @@ TEST(BetweenFactor, JacobiansAreCorrectAlsoFarFromTheMeasurement) {
       const Pose3 a = ExpSe3(RandomVector6(random, 1.0)), b = ExpSe3(RandomVector6(random, 1.0));
       const Pose3 measured = a.inverse() * b * ExpSe3(RandomVector6(random, noise));
       const BetweenFactor factor(measured, SqrtInformation(RandomInformation(random)));
-      EXPECT_TRUE(JacobiansAreCorrect(factor, {Block(a, manifold), Block(b, manifold)})) << "noise " << noise;
+      EXPECT_TRUE(JacobiansAreCorrect(factor, {Block(a, manifold), Block(b, manifold)}))
+          << "noise " << noise;
     }
   }
 }
@@ -53,11 +54,13 @@ TEST(BetweenFactor, ResidualVanishesAtTheMeasurementAndIgnoresTheWorldFrame) {
     const Matrix6d W = SqrtInformation(RandomInformation(random));
     Eigen::VectorXd residual, moved;
     const BetweenFactor exact(a.inverse() * b, W);
-    ASSERT_TRUE(internal::EvaluateFactor(exact, {Block(a, manifold), Block(b, manifold)}, &residual, nullptr));
+    ASSERT_TRUE(internal::EvaluateFactor(exact, {Block(a, manifold), Block(b, manifold)}, &residual,
+                                         nullptr));
     EXPECT_LT(residual.norm(), 1e-12);
     const BetweenFactor other(a.inverse() * b * ExpSe3(RandomVector6(random, 0.3)), W);
     internal::EvaluateFactor(other, {Block(a, manifold), Block(b, manifold)}, &residual, nullptr);
-    internal::EvaluateFactor(other, {Block(world * a, manifold), Block(world * b, manifold)}, &moved, nullptr);
+    internal::EvaluateFactor(other, {Block(world * a, manifold), Block(world * b, manifold)},
+                             &moved, nullptr);
     EXPECT_GT(residual.norm(), 1e-3);
     EXPECT_LT((residual - moved).norm(), 1e-10 * (1.0 + residual.norm()));
   }
@@ -76,9 +79,11 @@ TEST(SqrtInformation, SquaresToTheInformationAndRefusesIndefinite) {
 // The helper itself must be able to fail.
 class WrongFactor final : public ceres::SizedCostFunction<1, 2> {
  public:
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
     residuals[0] = parameters[0][0] * parameters[0][1];
-    if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = jacobians[0][1] = parameters[0][1];
+    if (jacobians != nullptr && jacobians[0] != nullptr)
+      jacobians[0][0] = jacobians[0][1] = parameters[0][1];
     return true;
   }
 };

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Parameter blocks of the estimators. A pose is [px py pz qx qy qz qw] (T_world_body) with the chart of Pose3's BoxPlus;
-// velocity is 3 and bias 6 doubles [accelerometer, gyroscope], Euclidean.
+// Parameter blocks of the estimators. A pose is [px py pz qx qy qz qw] (T_world_body) with the
+// chart of Pose3's BoxPlus; velocity is 3 and bias 6 doubles [accelerometer, gyroscope], Euclidean.
 //
-// Cost functions compute Jacobians in the chart ("local"), which is where the mathematics is done, and lift them to
-// Ceres' ambient coordinates through MinusJacobian; Ceres and the smoother bring them back through PlusJacobian, and
-// MinusJacobian * PlusJacobian = I makes the round trip exact.
+// Cost functions compute Jacobians in the chart ("local"), which is where the mathematics is done,
+// and lift them to Ceres' ambient coordinates through MinusJacobian; Ceres and the smoother bring
+// them back through PlusJacobian, and MinusJacobian * PlusJacobian = I makes the round trip exact.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,9 +40,11 @@ class PoseManifold final : public Manifold {
   void PlusJacobian(const double* x, double* jacobian) const override;
 };
 
-// Writes the ambient Jacobian (rows x 7, row-major) of a residual whose local Jacobian is `local` (rows x 6).
+// Writes the ambient Jacobian (rows x 7, row-major) of a residual whose local Jacobian is `local`
+// (rows x 6).
 template <int kRows>
-void StorePoseJacobian(const Eigen::Matrix<double, kRows, 6>& local, const double* block, double* jacobian) {
+void StorePoseJacobian(const Eigen::Matrix<double, kRows, 6>& local, const double* block,
+                       double* jacobian) {
   Eigen::Map<Eigen::Matrix<double, kRows, 7, Eigen::RowMajor>>(jacobian).noalias() =
       local * PoseMinusJacobian(block);
 }

@@ -6,7 +6,8 @@
 
 namespace mlvi {
 
-bool PosePriorFactor::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool PosePriorFactor::Evaluate(const double* const* parameters, double* residuals,
+                               double** jacobians) const {
   const Vector6d error = LogSe3(T_body_world_prior_ * LoadPose(parameters[0]));
   Eigen::Map<Vector6d>{residuals}.noalias() = sqrt_information_ * error;
   if (jacobians != nullptr && jacobians[0] != nullptr) {
@@ -16,15 +17,17 @@ bool PosePriorFactor::Evaluate(const double* const* parameters, double* residual
   return true;
 }
 
-VectorPriorFactor::VectorPriorFactor(const Eigen::VectorXd& mean, const Eigen::MatrixXd& sqrt_information)
+VectorPriorFactor::VectorPriorFactor(const Eigen::VectorXd& mean,
+                                     const Eigen::MatrixXd& sqrt_information)
     : mean_(mean), sqrt_information_(sqrt_information) {
-  MLVI_CHECK(sqrt_information.cols() == mean.rows(), "{} columns for a vector of {}", sqrt_information.cols(),
-             mean.rows());
+  MLVI_CHECK(sqrt_information.cols() == mean.rows(), "{} columns for a vector of {}",
+             sqrt_information.cols(), mean.rows());
   set_num_residuals(static_cast<int>(sqrt_information.rows()));
   mutable_parameter_block_sizes()->push_back(static_cast<int>(mean.rows()));
 }
 
-bool VectorPriorFactor::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+bool VectorPriorFactor::Evaluate(const double* const* parameters, double* residuals,
+                                 double** jacobians) const {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const Eigen::Map<const Eigen::VectorXd> x(parameters[0], mean_.rows());
   Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) = sqrt_information_ * (x - mean_);

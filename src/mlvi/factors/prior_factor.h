@@ -8,27 +8,30 @@
 
 namespace mlvi {
 
-// A pose known with some certainty: residual = sqrt_information * LogSe3(T_world_body_prior^-1 * T_world_body), order
-// [translation; rotation] in the frame of the prior pose. Parameter: pose.
+// A pose known with some certainty: residual = sqrt_information * LogSe3(T_world_body_prior^-1 *
+// T_world_body), order [translation; rotation] in the frame of the prior pose. Parameter: pose.
 class PosePriorFactor final : public ceres::SizedCostFunction<6, kPoseBlockSize> {
  public:
   PosePriorFactor(const Pose3& T_world_body, const Matrix6d& sqrt_information)
       : T_body_world_prior_(T_world_body.inverse()), sqrt_information_(sqrt_information) {}
 
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
 
  private:
   Pose3 T_body_world_prior_;
   Matrix6d sqrt_information_;
 };
 
-// A Euclidean block (velocity, bias) known with some certainty: residual = sqrt_information * (x - mean).
-// `sqrt_information` is any matrix with as many columns as `mean` has rows. Parameter: the block.
+// A Euclidean block (velocity, bias) known with some certainty: residual = sqrt_information * (x -
+// mean). `sqrt_information` is any matrix with as many columns as `mean` has rows. Parameter: the
+// block.
 class VectorPriorFactor final : public ceres::CostFunction {
  public:
   VectorPriorFactor(const Eigen::VectorXd& mean, const Eigen::MatrixXd& sqrt_information);
 
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
 
  private:
   Eigen::VectorXd mean_;

@@ -24,7 +24,7 @@ struct PatchConfig {
 struct PatchMatch {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // where the middle of the patch lies
   Eigen::Matrix2d warp = Eigen::Matrix2d::Identity();
-  double correlation = 0.0;                         // of grey values, in [-1, 1]
+  double correlation = 0.0;  // of grey values, in [-1, 1]
   bool converged = false;
 };
 

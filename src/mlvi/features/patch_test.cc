@@ -36,8 +36,8 @@ ImagePyramid Show(const View& view, std::uint64_t seed) {
       test::Render(kWidth, kHeight, changed, source, view.noise, RandomStream(seed)), {});
 }
 
-// Errors (px) of windows on a grid of points at odd fractions of pixels, found from guesses that are
-// up to 1 px off; sorted. Those not found are left out.
+// Errors (px) of windows on a grid of points at odd fractions of pixels, found from guesses that
+// are up to 1 px off; sorted. Those not found are left out.
 std::vector<double> Errors(const View& view, const PatchConfig& config = {}) {
   const ImagePyramid first = Show({.noise = view.noise}, 1), second = Show(view, 2);
   RandomStream random(5);
@@ -67,7 +67,9 @@ void ExpectAccurate(const View& view, double median, double worst) {
 
 // Noise of 2 grey values in both images, slopes of about 10 per px over 169 px: 0.02 px per axis.
 // Interpolation between pixels adds about as much.
-TEST(Patch, IsFoundToSmallFractionsOfAPixel) { ExpectAccurate({.shift = {3.37, -2.81}}, 0.06, 0.3); }
+TEST(Patch, IsFoundToSmallFractionsOfAPixel) {
+  ExpectAccurate({.shift = {3.37, -2.81}}, 0.06, 0.3);
+}
 
 TEST(Patch, IsFoundUnderAKnownWarp) {
   View view{.shift = {1.4, 0.3}};

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The transform that best maps one set of points onto another, in closed form: Umeyama, "Least-squares estimation of
-// transformation parameters between two point patterns" (TPAMI 1991); for yaw alone Zhang and Scaramuzza, "A tutorial on
-// quantitative trajectory evaluation for visual(-inertial) odometry" (IROS 2018).
+// The transform that best maps one set of points onto another, in closed form: Umeyama,
+// "Least-squares estimation of transformation parameters between two point patterns" (TPAMI 1991);
+// for yaw alone Zhang and Scaramuzza, "A tutorial on quantitative trajectory evaluation for
+// visual(-inertial) odometry" (IROS 2018).
 #pragma once
 
 #include <Eigen/Core>
@@ -33,9 +34,10 @@ struct Similarity3 {
   }
 };
 
-// Minimises sum_i w_i |target_i - S source_i|^2. `weights`: empty (all 1) or one per point, >= 0. Contract: equal numbers.
-// Errors (kInput), with the numbers: no points; points that leave the rotation or the scale open (all in one place, on one
-// line for kSe3 and kSim3, above one another for kYaw).
+// Minimises sum_i w_i |target_i - S source_i|^2. `weights`: empty (all 1) or one per point, >= 0.
+// Contract: equal numbers. Errors (kInput), with the numbers: no points; points that leave the
+// rotation or the scale open (all in one place, on one line for kSe3 and kSim3, above one another
+// for kYaw).
 Expected<Similarity3> AlignPoints(std::span<const Eigen::Vector3d> source,
                                   std::span<const Eigen::Vector3d> target, AlignmentKind kind,
                                   std::span<const double> weights = {});

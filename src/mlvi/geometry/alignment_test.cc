@@ -60,7 +60,8 @@ RC_GTEST_PROP(Alignment, RecoversWhatWasApplied, ()) {
   RC_ASSERT((found->pose.matrix() - turned.pose.matrix()).norm() < 1e-11);
 }
 
-// With noise and weights, no transform nearby does better: a minimum in all directions that the kind leaves free.
+// With noise and weights, no transform nearby does better: a minimum in all directions that the
+// kind leaves free.
 TEST(Alignment, IsTheWeightedMinimum) {
   RandomStream random(3);
   for (int trial = 0; trial < 20; ++trial) {

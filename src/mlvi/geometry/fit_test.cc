@@ -44,7 +44,8 @@ TEST(SymmetricEigen, AgreesWithTheIterativeSolver) {
     ASSERT_LE(eigen.values[1], eigen.values[2]);
     ASSERT_LT((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix3d::Identity()).norm(),
               1e-10);
-    // An eigenvector is as good as its distance to the next eigenvalue: C v = l v up to sqrt(eps) of the gap's square.
+    // An eigenvector is as good as its distance to the next eigenvalue: C v = l v up to sqrt(eps)
+    // of the gap's square.
     ASSERT_LT((C * eigen.vectors - eigen.vectors * eigen.values.asDiagonal()).norm(), 1e-7 * scale);
     const double gap = (oracle.eigenvalues()[1] - oracle.eigenvalues()[0]) / scale;
     const double angle = eigen.vectors.col(0).cross(oracle.eigenvectors().col(0)).norm();

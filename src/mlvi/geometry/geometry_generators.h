@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Generators of geometric values for property tests. They favour the hard ones: angles at zero, tiny, and at their bound.
+// Generators of geometric values for property tests. They favour the hard ones: angles at zero,
+// tiny, and at their bound.
 #pragma once
 
 #include <rapidcheck.h>

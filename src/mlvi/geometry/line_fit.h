@@ -24,7 +24,8 @@ struct LineFit {
   double linearity() const { return Linearity(eigenvalues); }
 };
 
-// Empty when the points do not determine a line: fewer than two, all in one place, or (to rounding) as wide as long.
+// Empty when the points do not determine a line: fewer than two, all in one place, or (to rounding)
+// as wide as long.
 std::optional<LineFit> FitLine(const PointMoments& moments);
 std::optional<LineFit> FitLine(std::span<const Eigen::Vector3d> points);
 

@@ -9,8 +9,8 @@
 namespace mlvi {
 
 // d f / d x at x, one column per element of x, by central differences of fourth order:
-// f' = (8 (f(x+h) - f(x-h)) - (f(x+2h) - f(x-2h))) / (12 h). The error is about eps |f| / h + h^4 |f'''''| / 30; h = 1e-3
-// of the scale of x gives 1e-12 relative for smooth functions.
+// f' = (8 (f(x+h) - f(x-h)) - (f(x+2h) - f(x-2h))) / (12 h). The error is about eps |f| / h + h^4
+// |f'''''| / 30; h = 1e-3 of the scale of x gives 1e-12 relative for smooth functions.
 template <typename Function, typename Vector>
 Eigen::MatrixXd NumericJacobian(const Function& f, const Vector& x, double step = 1e-3) {
   const Eigen::VectorXd value = f(x);

@@ -21,7 +21,8 @@ struct PlaneFit {
   double planarity() const { return Planarity(eigenvalues); }
 };
 
-// Empty when the points do not determine a plane: fewer than three, or (to rounding) all on one line.
+// Empty when the points do not determine a plane: fewer than three, or (to rounding) all on one
+// line.
 std::optional<PlaneFit> FitPlane(const PointMoments& moments);
 std::optional<PlaneFit> FitPlane(std::span<const Eigen::Vector3d> points);
 

@@ -6,8 +6,8 @@
 
 namespace mlvi {
 
-// Number, mean and covariance of points, added one at a time or set by set. Sums are taken relative to the first point, so
-// a patch of millimetres far from the origin loses no digits.
+// Number, mean and covariance of points, added one at a time or set by set. Sums are taken relative
+// to the first point, so a patch of millimetres far from the origin loses no digits.
 class PointMoments {
  public:
   void Add(const Eigen::Vector3d& point) {
@@ -50,7 +50,8 @@ class PointMoments {
   Eigen::Matrix3d outer_ = Eigen::Matrix3d::Zero();
 };
 
-// Shape of a neighbourhood by its eigenvalues l0 <= l1 <= l2 (Weinmann et al. 2015); the three measures sum to 1.
+// Shape of a neighbourhood by its eigenvalues l0 <= l1 <= l2 (Weinmann et al. 2015); the three
+// measures sum to 1.
 inline double Linearity(const Eigen::Vector3d& rising) {
   return (rising[2] - rising[1]) / rising[2];
 }

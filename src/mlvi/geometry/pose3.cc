@@ -25,8 +25,7 @@ Eigen::Matrix3d LeftJacobianCoupling(const Eigen::Vector3d& rho, const Eigen::Ve
     b += t2 * t2 / 40320.0;
     c += t2 * t2 / 120960.0;
   }
-  return 0.5 * Q + a * (P * Q + Q * P + P * Q * P) +
-         b * (P * P * Q + Q * P * P - 3.0 * P * Q * P) +
+  return 0.5 * Q + a * (P * Q + Q * P + P * Q * P) + b * (P * P * Q + Q * P * P - 3.0 * P * Q * P) +
          c * (P * Q * P * P + P * P * Q * P);
 }
 

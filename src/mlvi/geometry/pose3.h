@@ -9,15 +9,16 @@
 
 namespace mlvi {
 
-// A rigid transform of SE(3). Named T_a_b it maps a point of frame b to frame a: p_a = T_a_b * p_b; it is also the pose
-// of b in a. The quaternion is kept normalised by every operation.
+// A rigid transform of SE(3). Named T_a_b it maps a point of frame b to frame a: p_a = T_a_b * p_b;
+// it is also the pose of b in a. The quaternion is kept normalised by every operation.
 class Pose3 {
  public:
   Pose3() = default;
   Pose3(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
       : rotation_(rotation.normalized()), translation_(translation) {}
   static Pose3 FromMatrix(const Eigen::Matrix4d& m) {
-    return Pose3(Eigen::Quaterniond(Eigen::Matrix3d(m.topLeftCorner<3, 3>())), m.topRightCorner<3, 1>());
+    return Pose3(Eigen::Quaterniond(Eigen::Matrix3d(m.topLeftCorner<3, 3>())),
+                 m.topRightCorner<3, 1>());
   }
   static Pose3 FromTranslation(const Eigen::Vector3d& t) {
     return Pose3(Eigen::Quaterniond::Identity(), t);
@@ -56,13 +57,14 @@ Matrix6d AdjointSe3(const Pose3& pose);
 Matrix6d RightJacobianSe3(const Vector6d& xi);
 Matrix6d RightJacobianInverseSe3(const Vector6d& xi);
 
-// Translation linear, rotation along the geodesic, from a (0) to b (1): what deskewing uses between close poses.
+// Translation linear, rotation along the geodesic, from a (0) to b (1): what deskewing uses between
+// close poses.
 Pose3 Interpolate(const Pose3& a, const Pose3& b, double alpha);
 
 // The chart of a pose estimate, used by every factor, covariance and degeneracy report:
 //   T boxplus [dp; dtheta] = (p + R dp, R Exp(dtheta)),   T1 boxminus T0 = [R0^T (p1 - p0); Log(R0^T R1)].
-// Both parts are in the frame of the pose itself (right perturbation), so a global change of frame leaves Jacobians of
-// relative measurements alone.
+// Both parts are in the frame of the pose itself (right perturbation), so a global change of frame
+// leaves Jacobians of relative measurements alone.
 Pose3 BoxPlus(const Pose3& pose, const Vector6d& delta);
 Vector6d BoxMinus(const Pose3& a, const Pose3& b);
 

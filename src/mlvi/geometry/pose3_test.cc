@@ -84,7 +84,8 @@ RC_GTEST_PROP(Pose3, RightJacobianInverseInverts, ()) {
   RC_ASSERT((RightJacobianSe3(xi) * inverse - Matrix6d::Identity()).norm() < 1e-13 * scale);
 }
 
-// The coupling block changes from its series to the closed form at 0.05 rad: both sides agree with differentiation.
+// The coupling block changes from its series to the closed form at 0.05 rad: both sides agree with
+// differentiation.
 TEST(Pose3, RightJacobianAcrossTheSeriesLimit) {
   for (const double angle : {0.0, 1e-8, 1e-3, 0.0499, 0.0501, 0.06}) {
     Vector6d xi;
@@ -100,7 +101,8 @@ TEST(Pose3, RightJacobianAcrossTheSeriesLimit) {
 RC_GTEST_PROP(Pose3, ChartOfAPose, ()) {
   const Pose3 pose = *AnyPose(kBound), other = *AnyPose(kBound);
   const Vector6d delta = *Twist(kBound, kPi - 1e-7);
-  // Axioms of a chart (Hertzberg et al. 2013): 0 is neutral, boxminus inverts boxplus and the other way round.
+  // Axioms of a chart (Hertzberg et al. 2013): 0 is neutral, boxminus inverts boxplus and the other
+  // way round.
   RC_ASSERT(Difference(BoxPlus(pose, Vector6d::Zero()), pose) < 1e-13);
   RC_ASSERT((BoxMinus(BoxPlus(pose, delta), pose) - delta).norm() < 1e-11);
   RC_ASSERT(Difference(BoxPlus(pose, BoxMinus(other, pose)), other) < 1e-12);

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Robust kernels in the convention of Ceres: with s the squared whitened residual, the cost is rho(s) / 2 and iteratively
-// reweighted least squares uses the weight rho'(s). All have rho(0) = 0 and rho'(0) = 1, so that inliers are left alone.
-// `scale` is in units of the whitened residual (standard deviations).
+// Robust kernels in the convention of Ceres: with s the squared whitened residual, the cost is
+// rho(s) / 2 and iteratively reweighted least squares uses the weight rho'(s). All have rho(0) = 0
+// and rho'(0) = 1, so that inliers are left alone. `scale` is in units of the whitened residual
+// (standard deviations).
 #pragma once
 
 #include <cmath>

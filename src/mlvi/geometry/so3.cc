@@ -63,7 +63,8 @@ Eigen::Matrix3d RightJacobianInverseSo3(const Eigen::Vector3d& omega) {
   return Eigen::Matrix3d::Identity() + 0.5 * hat + b * hat * hat;
 }
 
-Eigen::Quaterniond InterpolateSo3(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b, double alpha) {
+Eigen::Quaterniond InterpolateSo3(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b,
+                                  double alpha) {
   return (a * ExpSo3(alpha * LogSo3(a.conjugate() * b))).normalized();
 }
 

@@ -9,7 +9,8 @@
 
 namespace mlvi {
 
-// A pose at an instant. Which frames it relates is said where it is used; in a trajectory file it is T_world_body.
+// A pose at an instant. Which frames it relates is said where it is used; in a trajectory file it
+// is T_world_body.
 struct StampedPose {
   Time stamp;
   Pose3 pose;

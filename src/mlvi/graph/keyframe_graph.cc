@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/graph/keyframe_graph.h"
 
-#include <Eigen/Eigenvalues>
 #include <ceres/loss_function.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "mlvi/factors/between_factor.h"
@@ -25,7 +25,8 @@ using nav_index::kVelocity;
 template <int N>
 Eigen::Matrix<double, N, N> SquareRoot(const Eigen::Matrix<double, N, N>& matrix) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> eigen(matrix);
-  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+         eigen.eigenvectors().transpose();
 }
 
 template <int N>
@@ -43,19 +44,24 @@ Eigen::Matrix<double, 6, 1> BiasVector(const ImuBias& bias) {
 }  // namespace
 
 void GraphConfig::Declare(ConfigDeclaration& d) {
-  d.Field("keyframe_distance", keyframe_distance, "m", "A keyframe at least so often: the map is made of them",
-          {0.01, 100.0});
-  d.Field("keyframe_angle", keyframe_angle, "rad", "A keyframe at least so often: new views", {0.01, 6.3});
-  d.Field("keyframe_interval", keyframe_interval, "s",
-          "A keyframe at least so often, also at rest: preintegration loses validity over long times", {0.1, 60.0});
+  d.Field("keyframe_distance", keyframe_distance, "m",
+          "A keyframe at least so often: the map is made of them", {0.01, 100.0});
+  d.Field("keyframe_angle", keyframe_angle, "rad", "A keyframe at least so often: new views",
+          {0.01, 6.3});
+  d.Field(
+      "keyframe_interval", keyframe_interval, "s",
+      "A keyframe at least so often, also at rest: preintegration loses validity over long times",
+      {0.1, 60.0});
   d.Field("map_position_sigma", map_position_sigma, "m",
           "The LiDAR odometry's map bends at least so much from keyframe to keyframe", {1e-6, 1.0});
   d.Field("map_rotation_sigma", map_rotation_sigma, "rad",
           "The LiDAR odometry's map bends at least so much from keyframe to keyframe", {1e-6, 1.0});
   d.Field("relinearize_threshold", relinearize_threshold, "m, rad",
           "Variables farther from their linearisation point are linearised anew", {1e-6, 1.0});
-  d.Field("loop_loss_scale", loop_loss_scale, "sigma",
-          "Loop factors count quadratically up to here (Cauchy): a wrong loop must not bend the map", {0.1, 100.0});
+  d.Field(
+      "loop_loss_scale", loop_loss_scale, "sigma",
+      "Loop factors count quadratically up to here (Cauchy): a wrong loop must not bend the map",
+      {0.1, 100.0});
   d.Field("visual_loss_scale", visual_loss_scale, "sigma",
           "Factors of visual odometry count quadratically up to here (Cauchy)", {0.1, 100.0});
 }
@@ -69,11 +75,13 @@ KeyframeGraph::KeyframeGraph(const GraphConfig& config, const Rig& rig)
 bool KeyframeGraph::WantsKeyframe(const NavState& state) const {
   if (!newest_) return true;
   const Vector6d step = BoxMinus(state.T_world_body, newest_->state.T_world_body);
-  return step.head<3>().norm() >= config_.keyframe_distance || step.tail<3>().norm() >= config_.keyframe_angle ||
+  return step.head<3>().norm() >= config_.keyframe_distance ||
+         step.tail<3>().norm() >= config_.keyframe_angle ||
          (state.stamp - newest_->state.stamp).seconds() >= config_.keyframe_interval;
 }
 
-Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::shared_ptr<const PointCloud> points,
+Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate,
+                                         std::shared_ptr<const PointCloud> points,
                                          std::span<const ImuSample> imu,
                                          const std::optional<MotionPrior>& visual) {
   const NavState guess = newest_ ? Guess(estimate) : estimate.state;
@@ -91,19 +99,21 @@ Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate, std::
 Expected<GraphUpdate> KeyframeGraph::AddAfterGap(const OdometryEstimate& estimate,
                                                  std::shared_ptr<const PointCloud> points,
                                                  const Matrix6d& gap) {
-  MLVI_CHECK(newest_.has_value(), "a gap at {} without a keyframe before it", ToString(estimate.state.stamp));
+  MLVI_CHECK(newest_.has_value(), "a gap at {} without a keyframe before it",
+             ToString(estimate.state.stamp));
   const NavState guess = Guess(estimate);
   const Variables added = AddVariables(guess);
   const Pose3 T_from_to = newest_->state.T_world_body.inverse() * estimate.state.T_world_body;
-  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(Finite(gap))), nullptr,
-                      {variables_.back().pose, added.pose});
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(Finite(gap))),
+                      nullptr, {variables_.back().pose, added.pose});
   AddTiltPrior(estimate, added);
   // Three times the speed: less would tell the heading, against which the speed is measured.
-  const Eigen::Matrix3d any_heading = 9.0 * guess.v_world_body.squaredNorm() * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d any_heading =
+      9.0 * guess.v_world_body.squaredNorm() * Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d velocity_covariance =
       estimate.covariance.block<3, 3>(kVelocity, kVelocity) + any_heading;
-  smoother_.AddFactor(std::make_shared<VectorPriorFactor>(guess.v_world_body,
-                                                          SqrtInformationOf<3>(velocity_covariance)),
+  smoother_.AddFactor(std::make_shared<VectorPriorFactor>(
+                          guess.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
                       nullptr, {added.velocity});
   AddBiasPrior(estimate, added);
   return Commit(estimate, guess, added, std::move(points));
@@ -119,7 +129,8 @@ NavState KeyframeGraph::Guess(const OdometryEstimate& estimate) const {
 }
 
 Expected<GraphUpdate> KeyframeGraph::Commit(const OdometryEstimate& estimate, const NavState& guess,
-                                            const Variables& added, std::shared_ptr<const PointCloud> points) {
+                                            const Variables& added,
+                                            std::shared_ptr<const PointCloud> points) {
   const KeyframeId id(static_cast<std::int64_t>(keyframes_.size()));
   keyframes_.push_back({.id = id, .state = estimate.state, .points = std::move(points)});
   variables_.push_back(added);
@@ -139,8 +150,8 @@ Expected<GraphUpdate> KeyframeGraph::Commit(const OdometryEstimate& estimate, co
 Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, const Pose3& T_from_to,
                                              const Matrix6d& covariance) {
   const auto variables = [&](KeyframeId id) {
-    MLVI_CHECK(id.valid() && id.value() < static_cast<std::int64_t>(variables_.size()), "keyframe {} of {}",
-               id.value(), variables_.size());
+    MLVI_CHECK(id.valid() && id.value() < static_cast<std::int64_t>(variables_.size()),
+               "keyframe {} of {}", id.value(), variables_.size());
     return variables_[static_cast<std::size_t>(id.value())];
   };
   smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(covariance)),
@@ -159,14 +170,15 @@ Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, con
 }
 
 NavState KeyframeGraph::Estimate(KeyframeId id) const {
-  MLVI_CHECK(id.valid() && id.value() < static_cast<std::int64_t>(variables_.size()), "keyframe {} of {}", id.value(),
-             variables_.size());
+  MLVI_CHECK(id.valid() && id.value() < static_cast<std::int64_t>(variables_.size()),
+             "keyframe {} of {}", id.value(), variables_.size());
   const auto index = static_cast<std::size_t>(id.value());
   const Variables& variables = variables_[index];
   NavState state;
   state.stamp = keyframes_[index].state.stamp;
   state.T_world_body = LoadPose(smoother_.Estimate(variables.pose).data());
-  state.v_world_body = Eigen::Map<const Eigen::Vector3d>(smoother_.Estimate(variables.velocity).data());
+  state.v_world_body =
+      Eigen::Map<const Eigen::Vector3d>(smoother_.Estimate(variables.velocity).data());
   const auto bias = smoother_.Estimate(variables.bias);
   state.bias.accelerometer = Eigen::Map<const Eigen::Vector3d>(bias.data());
   state.bias.gyroscope = Eigen::Map<const Eigen::Vector3d>(bias.data() + 3);
@@ -194,35 +206,39 @@ void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& 
   // Position and yaw of the first keyframe define the world: a floor keeps the prior finite.
   const Matrix6d pose_covariance =
       Finite(PoseChartCovariance(estimate.state.T_world_body.R(), estimate.covariance));
-  smoother_.AddFactor(
-      std::make_shared<PosePriorFactor>(estimate.state.T_world_body, SqrtInformationOf<6>(pose_covariance)), nullptr,
-      {at.pose});
-  smoother_.AddFactor(
-      std::make_shared<VectorPriorFactor>(estimate.state.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
-      nullptr, {at.velocity});
+  smoother_.AddFactor(std::make_shared<PosePriorFactor>(estimate.state.T_world_body,
+                                                        SqrtInformationOf<6>(pose_covariance)),
+                      nullptr, {at.pose});
+  smoother_.AddFactor(std::make_shared<VectorPriorFactor>(
+                          estimate.state.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
+                      nullptr, {at.velocity});
   AddBiasPrior(estimate, at);
 }
 
 void KeyframeGraph::AddBiasPrior(const OdometryEstimate& estimate, const Variables& at) {
-  const Matrix6d covariance = estimate.covariance.block<6, 6>(kAccelerometerBias, kAccelerometerBias);
-  smoother_.AddFactor(
-      std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias), SqrtInformationOf<6>(covariance)), nullptr,
-      {at.bias});
+  const Matrix6d covariance =
+      estimate.covariance.block<6, 6>(kAccelerometerBias, kAccelerometerBias);
+  smoother_.AddFactor(std::make_shared<VectorPriorFactor>(BiasVector(estimate.state.bias),
+                                                          SqrtInformationOf<6>(covariance)),
+                      nullptr, {at.bias});
 }
 
-// Roll and pitch by gravity. The residual of the prior is the rotation vector in the frame of the prior's body; its
-// components along the world's x and y stay zero whatever the heading becomes.
+// Roll and pitch by gravity. The residual of the prior is the rotation vector in the frame of the
+// prior's body; its components along the world's x and y stay zero whatever the heading becomes.
 void KeyframeGraph::AddTiltPrior(const OdometryEstimate& estimate, const Variables& at) {
   const Eigen::Matrix3d R = estimate.state.T_world_body.R();
-  const Eigen::Matrix3d covariance = R * estimate.covariance.block<3, 3>(kRotation, kRotation) * R.transpose();
-  const Eigen::Matrix2d tilt = covariance.topLeftCorner<2, 2>() + 1e-8 * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix3d covariance =
+      R * estimate.covariance.block<3, 3>(kRotation, kRotation) * R.transpose();
+  const Eigen::Matrix2d tilt =
+      covariance.topLeftCorner<2, 2>() + 1e-8 * Eigen::Matrix2d::Identity();
   Matrix6d W = Matrix6d::Zero();
   W.block<2, 3>(3, 3) = SqrtInformationOf<2>(tilt) * R.topRows<2>();
-  smoother_.AddFactor(std::make_shared<PosePriorFactor>(estimate.state.T_world_body, W), nullptr, {at.pose});
+  smoother_.AddFactor(std::make_shared<PosePriorFactor>(estimate.state.T_world_body, W), nullptr,
+                      {at.pose});
 }
 
-void KeyframeGraph::AddImuFactor(const Variables& from, const Variables& to, std::span<const ImuSample> imu,
-                                 const ImuBias& bias) {
+void KeyframeGraph::AddImuFactor(const Variables& from, const Variables& to,
+                                 std::span<const ImuSample> imu, const ImuBias& bias) {
   smoother_.AddFactor(std::make_shared<ImuFactor>(Preintegrate(imu, bias, imu_), gravity_), nullptr,
                       {from.pose, from.velocity, from.bias, to.pose, to.velocity, to.bias});
 }
@@ -231,12 +247,13 @@ void KeyframeGraph::AddMap(const OdometryEstimate& to, const NavState& guess, Va
   if (!newest_->map || !to.map) return;
   added.map = AddPose(guess.T_world_body);
   AddMapStep(to, added.map);
-  smoother_.AddFactor(std::make_shared<BetweenFactor>(Pose3(), SquareRoot<6>(to.degeneracy.information)), nullptr,
-                      {added.map, added.pose});
+  smoother_.AddFactor(
+      std::make_shared<BetweenFactor>(Pose3(), SquareRoot<6>(to.degeneracy.information)), nullptr,
+      {added.map, added.pose});
 }
 
-// Of the map's points the share s was seen from around the newest keyframe, X; the others lie as the map did there, M:
-// a mixture of mean M + s (X - M) and covariance s (1 - s) Cov(X - M).
+// Of the map's points the share s was seen from around the newest keyframe, X; the others lie as
+// the map did there, M: a mixture of mean M + s (X - M) and covariance s (1 - s) Cov(X - M).
 void KeyframeGraph::AddMapStep(const OdometryEstimate& to, VariableId map) {
   const Variables& from = variables_.back();
   const Pose3 T_from_to = newest_->state.T_world_body.inverse() * to.state.T_world_body;
@@ -249,19 +266,23 @@ void KeyframeGraph::AddMapStep(const OdometryEstimate& to, VariableId map) {
   const Matrix6d W = SqrtInformationOf<6>(covariance);
   if (from.map == from.pose) {  // the map's beginning: all of it is X
     const Matrix6d W_to = W * AdjointSe3(T_from_to);
-    smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, W_to), nullptr, {from.pose, map});
+    smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, W_to), nullptr,
+                        {from.pose, map});
   } else {
     smoother_.AddFactor(std::make_shared<MapStepFactor>(T_from_to, 1.0 - kept, W), nullptr,
                         {from.map, from.pose, map});
   }
 }
 
-void KeyframeGraph::AddVisualOdometryFactor(const MotionPrior& motion, const Variables& to_variables) {
-  MLVI_CHECK(motion.from == newest_->state.stamp && motion.from < motion.to, "motion from {} to {}, keyframe at {}",
-             ToString(motion.from), ToString(motion.to), ToString(newest_->state.stamp));
-  smoother_.AddFactor(std::make_shared<BetweenFactor>(motion.T_from_to, SqrtInformationOf<6>(motion.covariance)),
-                      std::make_shared<ceres::CauchyLoss>(config_.visual_loss_scale),
-                      {variables_.back().pose, to_variables.pose});
+void KeyframeGraph::AddVisualOdometryFactor(const MotionPrior& motion,
+                                            const Variables& to_variables) {
+  MLVI_CHECK(motion.from == newest_->state.stamp && motion.from < motion.to,
+             "motion from {} to {}, keyframe at {}", ToString(motion.from), ToString(motion.to),
+             ToString(newest_->state.stamp));
+  smoother_.AddFactor(
+      std::make_shared<BetweenFactor>(motion.T_from_to, SqrtInformationOf<6>(motion.covariance)),
+      std::make_shared<ceres::CauchyLoss>(config_.visual_loss_scale),
+      {variables_.back().pose, to_variables.pose});
 }
 
 Expected<GraphUpdate> KeyframeGraph::Solve() {
@@ -277,8 +298,8 @@ Expected<GraphUpdate> KeyframeGraph::Solve() {
 
 Matrix15d KeyframeGraph::Covariance(const Variables& variables) const {
   // The smoother's order is pose chart (position in the body frame, rotation), velocity, bias.
-  const Eigen::MatrixXd marginal =
-      smoother_.MarginalCovariance(std::vector<VariableId>{variables.pose, variables.velocity, variables.bias});
+  const Eigen::MatrixXd marginal = smoother_.MarginalCovariance(
+      std::vector<VariableId>{variables.pose, variables.velocity, variables.bias});
   Matrix15d J = Matrix15d::Zero();
   J.block<3, 3>(kPosition, 0) = LoadPose(smoother_.Estimate(variables.pose).data()).R();
   J.block<3, 3>(kRotation, 3).setIdentity();

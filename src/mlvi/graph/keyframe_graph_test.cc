@@ -17,19 +17,22 @@ constexpr double kTurnRate = 0.4;  // rad/s
 constexpr double kRadius = 4.0;    // m
 constexpr double kGravity = 9.81;
 constexpr double kImuRate = 200.0;
-constexpr double kStep = 0.5;  // s between odometry estimates
+constexpr double kStep = 0.5;      // s between odometry estimates
 constexpr double kReplaced = 0.1;  // share of the map that is new at each of them
 
 Rig TestRig() {
   Rig rig;
   rig.gravity = kGravity;
   rig.imu.rate_hz = kImuRate;
-  rig.imu.noise = {.accelerometer_density = 1e-2, .gyroscope_density = 1e-3, .accelerometer_random_walk = 1e-4,
+  rig.imu.noise = {.accelerometer_density = 1e-2,
+                   .gyroscope_density = 1e-3,
+                   .accelerometer_random_walk = 1e-4,
                    .gyroscope_random_walk = 1e-5};
   return rig;
 }
 
-// A body that walks a circle in the horizontal plane, facing along it: exact states and IMU in closed form.
+// A body that walks a circle in the horizontal plane, facing along it: exact states and IMU in
+// closed form.
 NavState CircleState(double t) {
   const double angle = kTurnRate * t;
   NavState state;
@@ -55,8 +58,9 @@ OdometryEstimate EstimateOf(const NavState& state) {
   OdometryEstimate estimate;
   estimate.state = state;
   Vector15d sigma;
-  sigma << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-3),
-      Eigen::Vector3d::Constant(1e-2), Eigen::Vector3d::Constant(1e-3);
+  sigma << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2),
+      Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2),
+      Eigen::Vector3d::Constant(1e-3);
   estimate.covariance = sigma.cwiseAbs2().asDiagonal();
   estimate.degeneracy.information = 1e6 * Matrix6d::Identity();
   estimate.map = MapTie{.covariance = 1e-6 * Matrix6d::Identity(),
@@ -72,7 +76,8 @@ GraphUpdate AddAt(KeyframeGraph& graph, double t, const OdometryEstimate& estima
 }
 
 TEST(KeyframeGraph, KeyframesByDistanceAngleAndTime) {
-  KeyframeGraph graph({.keyframe_distance = 1.0, .keyframe_angle = 0.5, .keyframe_interval = 5.0}, TestRig());
+  KeyframeGraph graph({.keyframe_distance = 1.0, .keyframe_angle = 0.5, .keyframe_interval = 5.0},
+                      TestRig());
   NavState state = CircleState(0.0);
   EXPECT_TRUE(graph.WantsKeyframe(state));
   AddAt(graph, 0.0, EstimateOf(state));
@@ -90,7 +95,8 @@ TEST(KeyframeGraph, ReproducesExactMeasurements) {
   KeyframeGraph graph({}, TestRig());
   for (double t = 0.0; t < 20.0; t += kStep) AddAt(graph, t, EstimateOf(CircleState(t)));
   for (const Keyframe& keyframe : graph.keyframes()) {
-    const Vector15d error = BoxMinus(graph.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds()));
+    const Vector15d error =
+        BoxMinus(graph.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds()));
     EXPECT_LT(error.head<3>().norm(), 1e-3);
     EXPECT_LT(error.segment<3>(nav_index::kVelocity).norm(), 1e-2);
     EXPECT_LT(error.segment<3>(nav_index::kRotation).norm(), 1e-4);
@@ -105,7 +111,8 @@ TEST(KeyframeGraph, AnotherFrameOfTheOdometryGivesTheSameFactors) {
     OdometryEstimate estimate = EstimateOf(CircleState(t));
     // The odometry errs, so that there is something to correct.
     estimate.degeneracy.information *= 1e-2;
-    estimate.state.T_world_body = Pose3::FromTranslation({0.0, 0.0, 0.01 * t}) * estimate.state.T_world_body;
+    estimate.state.T_world_body =
+        Pose3::FromTranslation({0.0, 0.0, 0.01 * t}) * estimate.state.T_world_body;
     AddAt(graph, t, estimate);
     estimate.state.T_world_body = T_other * estimate.state.T_world_body;
     estimate.state.v_world_body = T_other.rotation() * estimate.state.v_world_body;
@@ -122,7 +129,8 @@ TEST(KeyframeGraph, OdometryErrorsAlongDegenerateDirectionsDoNotEnter) {
   KeyframeGraph graph({}, TestRig());
   for (double t = 0.0; t < 4.0; t += kStep) {
     OdometryEstimate estimate = EstimateOf(CircleState(t));
-    // The registration cannot tell the body's x direction, and the odometry slides 0.2 m along it at each keyframe.
+    // The registration cannot tell the body's x direction, and the odometry slides 0.2 m along it
+    // at each keyframe.
     estimate.degeneracy.information.row(0).setZero();
     estimate.degeneracy.information.col(0).setZero();
     estimate.map->covariance(0, 0) = 1e-6 + 0.4 * 0.4 * t * t;
@@ -130,20 +138,24 @@ TEST(KeyframeGraph, OdometryErrorsAlongDegenerateDirectionsDoNotEnter) {
     AddAt(graph, t, estimate);
   }
   const Keyframe& last = graph.keyframes().back();
-  const double odometry_error =
-      (last.state.T_world_body.translation() - CircleState(last.state.stamp.seconds()).T_world_body.translation()).norm();
-  const double graph_error = BoxMinus(graph.Estimate(last.id), CircleState(last.state.stamp.seconds())).head<3>().norm();
+  const double odometry_error = (last.state.T_world_body.translation() -
+                                 CircleState(last.state.stamp.seconds()).T_world_body.translation())
+                                    .norm();
+  const double graph_error =
+      BoxMinus(graph.Estimate(last.id), CircleState(last.state.stamp.seconds())).head<3>().norm();
   EXPECT_GT(odometry_error, 1.0);
   EXPECT_LT(graph_error, 0.05);
 }
 
-// The world's x direction is open for four seconds; the odometry drifts along it by 0.3 m until the map tells it again.
+// The world's x direction is open for four seconds; the odometry drifts along it by 0.3 m until the
+// map tells it again.
 TEST(KeyframeGraph, BeyondABlindStretchTheMapTellsThePositionAgainAndTheWayBetweenIsSmoothed) {
   KeyframeGraph graph({}, TestRig());
   for (double t = 0.0; t <= 10.0; t += kStep) {
     const bool blind = t > 3.0 && t < 7.0;
     OdometryEstimate estimate = EstimateOf(CircleState(t));
-    const Eigen::Vector3d x_body = estimate.state.T_world_body.R().transpose() * Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d x_body =
+        estimate.state.T_world_body.R().transpose() * Eigen::Vector3d::UnitX();
     if (blind) {
       const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - x_body * x_body.transpose();
       estimate.degeneracy.information.topLeftCorner<3, 3>() = 1e6 * across;
@@ -158,13 +170,15 @@ TEST(KeyframeGraph, BeyondABlindStretchTheMapTellsThePositionAgainAndTheWayBetwe
     const NavState truth = CircleState(keyframe.state.stamp.seconds());
     worst_odometry = std::max(worst_odometry, BoxMinus(keyframe.state, truth).head<3>().norm());
     const double error = BoxMinus(graph.Estimate(keyframe.id), truth).head<3>().norm();
-    EXPECT_LT(error, keyframe.state.stamp.seconds() < 7.0 ? 0.03 : 0.01) << keyframe.state.stamp.seconds();
+    EXPECT_LT(error, keyframe.state.stamp.seconds() < 7.0 ? 0.03 : 0.01)
+        << keyframe.state.stamp.seconds();
   }
   EXPECT_GT(worst_odometry, 0.3);
 }
 
-// An odometry against a map of which, sweep by sweep, a share is replaced by what is seen around its own estimate: the
-// point that the registration hangs on is with that probability a new one, in the wrong place as the estimate is.
+// An odometry against a map of which, sweep by sweep, a share is replaced by what is seen around
+// its own estimate: the point that the registration hangs on is with that probability a new one, in
+// the wrong place as the estimate is.
 class DriftingMap {
  public:
   explicit DriftingMap(std::uint64_t seed) : random_(seed, "drifting map") {}
@@ -190,8 +204,10 @@ class DriftingMap {
     const ImuNoise noise = TestRig().imu.noise;
     std::vector<ImuSample> samples = CircleImu(from, to);
     for (ImuSample& sample : samples) {
-      sample.linear_acceleration += noise.accelerometer_density * std::sqrt(kImuRate) * Normal<3>() - bias_.head<3>();
-      sample.angular_velocity += noise.gyroscope_density * std::sqrt(kImuRate) * Normal<3>() - bias_.tail<3>();
+      sample.linear_acceleration +=
+          noise.accelerometer_density * std::sqrt(kImuRate) * Normal<3>() - bias_.head<3>();
+      sample.angular_velocity +=
+          noise.gyroscope_density * std::sqrt(kImuRate) * Normal<3>() - bias_.tail<3>();
     }
     return samples;
   }
@@ -231,7 +247,8 @@ double MeanNees(bool map_grows_old, int runs) {
 }
 
 TEST(KeyframeGraph, CovariancesTellTheDriftOfTheMap) {
-  // Were errors normal, the mean over 60 runs would lie in 4.9 .. 7.2 with 99 %; a map that jumps has longer tails.
+  // Were errors normal, the mean over 60 runs would lie in 4.9 .. 7.2 with 99 %; a map that jumps
+  // has longer tails.
   const double nees = MeanNees(true, 60);
   EXPECT_GT(nees, 4.5);
   EXPECT_LT(nees, 7.5);
@@ -251,7 +268,8 @@ TEST(KeyframeGraph, AnOdometryWithoutAMapHangsOnItsMotion) {
                            .T_from_to = from.T_world_body.inverse() * estimate.state.T_world_body,
                            .covariance = 1e-6 * Matrix6d::Identity()};
     }
-    ASSERT_TRUE(graph.Add(estimate, nullptr, t > 0.0 ? CircleImu(t - kStep, t) : std::vector<ImuSample>(), motion));
+    ASSERT_TRUE(graph.Add(estimate, nullptr,
+                          t > 0.0 ? CircleImu(t - kStep, t) : std::vector<ImuSample>(), motion));
     const Keyframe& last = graph.keyframes().back();
     EXPECT_LT(BoxMinus(graph.Estimate(last.id), CircleState(t)).head<3>().norm(), 1e-3);
   }
@@ -271,7 +289,9 @@ TEST(KeyframeGraph, ALoopRemovesDriftAndAWrongOneDoesNotBendTheMap) {
   };
   const auto error_of_last = [](const KeyframeGraph& graph) {
     const Keyframe& last = graph.keyframes().back();
-    return BoxMinus(graph.Estimate(last.id), CircleState(last.state.stamp.seconds())).head<3>().norm();
+    return BoxMinus(graph.Estimate(last.id), CircleState(last.state.stamp.seconds()))
+        .head<3>()
+        .norm();
   };
   GraphConfig config;
   config.map_position_sigma = 0.02;
@@ -283,15 +303,16 @@ TEST(KeyframeGraph, ALoopRemovesDriftAndAWrongOneDoesNotBendTheMap) {
   const Pose3 T_first_last = CircleState(0.0).T_world_body.inverse() * truth.T_world_body;
   const Matrix6d covariance = 1e-6 * Matrix6d::Identity();
   ASSERT_TRUE(right.AddLoop(KeyframeId(0), last, T_first_last, covariance));
-  ASSERT_TRUE(wrong.AddLoop(KeyframeId(0), last, Pose3::FromTranslation({20.0, 0.0, 0.0}), covariance));
+  ASSERT_TRUE(
+      wrong.AddLoop(KeyframeId(0), last, Pose3::FromTranslation({20.0, 0.0, 0.0}), covariance));
   EXPECT_GT(before, 0.1);
   EXPECT_LT(error_of_last(right), 0.3 * before);
   EXPECT_LT(error_of_last(wrong), 2.0 * before);
   EXPECT_EQ(right.loops(), 1);
 }
 
-// Two walks along the circle with a minute between them, the second placed wrongly by a turn of 40 degrees and some
-// metres, as the gap's covariance admits.
+// Two walks along the circle with a minute between them, the second placed wrongly by a turn of 40
+// degrees and some metres, as the gap's covariance admits.
 class GapTest : public ::testing::Test {
  protected:
   GapTest() {
@@ -323,7 +344,9 @@ class GapTest : public ::testing::Test {
       const Keyframe& keyframe = graph_.keyframes()[i];
       const Pose3 truth = CircleState(kSecond).T_world_body.inverse() *
                           CircleState(keyframe.state.stamp.seconds()).T_world_body;
-      error = std::max(error, BoxMinus(first.inverse() * graph_.Estimate(keyframe.id).T_world_body, truth).norm());
+      error = std::max(
+          error,
+          BoxMinus(first.inverse() * graph_.Estimate(keyframe.id).T_world_body, truth).norm());
     }
     return error;
   }
@@ -338,7 +361,9 @@ class GapTest : public ::testing::Test {
 TEST_F(GapTest, BothPartsStayAsGoodAsTheyWereAndWhereTheyWerePut) {
   for (std::size_t i = 0; i < begin_; ++i) {
     const Keyframe& keyframe = graph_.keyframes()[i];
-    EXPECT_LT(BoxMinus(graph_.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds())).head<3>().norm(),
+    EXPECT_LT(BoxMinus(graph_.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds()))
+                  .head<3>()
+                  .norm(),
               1e-3);
   }
   EXPECT_LT(SecondWalkError(), 2e-3);
@@ -354,15 +379,16 @@ TEST_F(GapTest, CovariancesTellTheGap) {
   ASSERT_TRUE(update.has_value());
   const Matrix15d& covariance = update->covariance;
   EXPECT_NEAR(std::sqrt(covariance(0, 0)), 180.0, 20.0);
-  EXPECT_GT(std::sqrt(covariance(8, 8)), 1.5);  // 1.8 by the gap
+  EXPECT_GT(std::sqrt(covariance(8, 8)), 1.5);   // 1.8 by the gap
   EXPECT_LT(std::sqrt(covariance(6, 6)), 0.01);  // roll by gravity
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix15d>(covariance).eigenvalues().minCoeff(), 0.0);
 }
 
 TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
   const double t = kSecond + 4.0;
-  const auto seen = std::find_if(graph_.keyframes().begin(), graph_.keyframes().end(),
-                                 [&](const Keyframe& k) { return k.state.stamp == Time::FromSeconds(t); });
+  const auto seen =
+      std::find_if(graph_.keyframes().begin(), graph_.keyframes().end(),
+                   [&](const Keyframe& k) { return k.state.stamp == Time::FromSeconds(t); });
   ASSERT_NE(seen, graph_.keyframes().end());
   const Pose3 T_first_seen = CircleState(0.0).T_world_body.inverse() * CircleState(t).T_world_body;
   ASSERT_TRUE(graph_.AddLoop(KeyframeId(0), seen->id, T_first_seen, 1e-6 * Matrix6d::Identity()));
@@ -372,13 +398,16 @@ TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
   for (std::size_t i = begin_; i < graph_.keyframes().size(); ++i) {
     const Keyframe& keyframe = graph_.keyframes()[i];
     EXPECT_LT(BoxMinus(graph_.Estimate(keyframe.id).T_world_body,
-                       CircleState(keyframe.state.stamp.seconds()).T_world_body).norm(), 2e-2);
+                       CircleState(keyframe.state.stamp.seconds()).T_world_body)
+                  .norm(),
+              2e-2);
   }
 }
 
 TEST(KeyframeGraph, AGapNeedsAKeyframeBeforeIt) {
   KeyframeGraph graph({}, TestRig());
-  EXPECT_THROW(graph.AddAfterGap(EstimateOf(CircleState(0.0)), nullptr, Matrix6d::Identity()), ContractViolation);
+  EXPECT_THROW(graph.AddAfterGap(EstimateOf(CircleState(0.0)), nullptr, Matrix6d::Identity()),
+               ContractViolation);
 }
 
 TEST(KeyframeGraph, ABadEstimateIsAnErrorAndLeavesTheGraphUsable) {

@@ -19,8 +19,8 @@ struct Propagation {
 };
 
 // Integrates `start` (valid at samples.front().stamp) through all samples, rate and force constant
-// between neighbours, on the manifold, and its error-state covariance beside it. `gravity` in m/s^2,
-// magnitude.
+// between neighbours, on the manifold, and its error-state covariance beside it. `gravity` in
+// m/s^2, magnitude.
 Propagation Propagate(const NavState& start, const Matrix15d& covariance,
                       std::span<const ImuSample> samples, const ImuSpec& imu, double gravity);
 

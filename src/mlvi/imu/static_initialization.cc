@@ -120,8 +120,7 @@ Matrix15d CovarianceAtRest(const Eigen::Matrix3d& R, const Eigen::Vector3d& forc
   const auto inverse_square = [](double sigma) { return 1.0 / (sigma * sigma); };
   information.block<3, 3>(kRotation, kRotation) +=
       inverse_square(kGaugeHeadingSigma) * heading.transpose() * heading;
-  information.diagonal().segment<3>(kPosition).array() +=
-      inverse_square(kGaugePositionSigma);
+  information.diagonal().segment<3>(kPosition).array() += inverse_square(kGaugePositionSigma);
   information.diagonal().segment<3>(kVelocity).array() += inverse_square(kRestVelocitySigma);
   information.diagonal().segment<3>(kAccelerometerBias).array() +=
       inverse_square(imu.initial_accelerometer_bias_sigma);

@@ -13,7 +13,8 @@ namespace {
 // A damaged bag may claim any size: memory is taken as data arrives.
 constexpr std::size_t kStep = std::size_t{4} << 20;
 
-// Calls step(output, room) -> bytes written or -1 at the end of what can be had, until `size` bytes are there.
+// Calls step(output, room) -> bytes written or -1 at the end of what can be had, until `size` bytes
+// are there.
 template <typename Step>
 void Fill(std::vector<std::uint8_t>& output, std::size_t size, const Step& step) {
   std::size_t filled = 0;
@@ -46,7 +47,8 @@ Decompressed DecompressBz2(ByteSpan input, std::size_t size) {
   });
   // One more call, without room, reaches the checksum behind the last byte.
   stream.avail_out = 0;
-  const bool checksum_good = code == BZ_STREAM_END || (code == BZ_OK && BZ2_bzDecompress(&stream) == BZ_STREAM_END);
+  const bool checksum_good =
+      code == BZ_STREAM_END || (code == BZ_OK && BZ2_bzDecompress(&stream) == BZ_STREAM_END);
   BZ2_bzDecompressEnd(&stream);
   result.complete = result.bytes.size() == size && checksum_good;
   return result;

@@ -12,11 +12,12 @@ namespace mlvi {
 
 struct Decompressed {
   std::vector<std::uint8_t> bytes;
-  bool complete = false;  // false: the input is damaged or cut short, `bytes` is what could be had before that
+  // False: the input is damaged or cut short, `bytes` is what could be had before that.
+  bool complete = false;
 };
 
-// Decompresses one chunk of a ROS bag. `compression` is "none", "bz2" or "lz4"; another name yields nothing.
-// `size` is the size that the bag claims for the result; more is never produced.
+// Decompresses one chunk of a ROS bag. `compression` is "none", "bz2" or "lz4"; another name yields
+// nothing. `size` is the size that the bag claims for the result; more is never produced.
 Decompressed DecompressChunk(std::string_view compression, ByteSpan input, std::size_t size);
 
 }  // namespace mlvi

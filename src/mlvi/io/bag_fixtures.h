@@ -23,7 +23,9 @@
 
 namespace mlvi::test {
 
-inline std::string SharedData(const std::string& path) { return std::string(MLVI_SHARED_DATA_DIR) + "/" + path; }
+inline std::string SharedData(const std::string& path) {
+  return std::string(MLVI_SHARED_DATA_DIR) + "/" + path;
+}
 
 // A path in the folder for temporary files, different for each test.
 inline std::string TemporaryPath(const std::string& name) {
@@ -49,9 +51,10 @@ inline Rig MakeRig(const std::string& model, int rings) {
   return rig;
 }
 
-// One turn of `columns` firings of `rings` lasers within 0.1 s at ranges of 2 to 20 m, in firing order; the turn is
-// clockwise. `share` of the points, drawn at random, are no returns (zero).
-inline LidarSweep MakeSweep(Time stamp, int rings, int columns, double share, std::uint64_t seed = 1) {
+// One turn of `columns` firings of `rings` lasers within 0.1 s at ranges of 2 to 20 m, in firing
+// order; the turn is clockwise. `share` of the points, drawn at random, are no returns (zero).
+inline LidarSweep MakeSweep(Time stamp, int rings, int columns, double share,
+                            std::uint64_t seed = 1) {
   LidarSweep sweep;
   sweep.stamp = stamp;
   sweep.has_times = sweep.has_rings = sweep.has_intensity = true;
@@ -61,10 +64,11 @@ inline LidarSweep MakeSweep(Time stamp, int rings, int columns, double share, st
     for (int ring = 0; ring < rings; ++ring) {
       const double azimuth = -2.0 * std::numbers::pi * column / columns + 0.3;
       const double elevation = 0.6 - 1.2 * ring / rings, range = random.Uniform(2.0, 20.0);
-      LidarPoint point{.intensity = static_cast<float>(std::floor(random.Uniform(0.0, 255.0))), .offset_ns = offset};
+      LidarPoint point{.intensity = static_cast<float>(std::floor(random.Uniform(0.0, 255.0))),
+                       .offset_ns = offset};
       point.ring = static_cast<std::uint16_t>(ring);
-      const Eigen::Vector3d direction(std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation),
-                                      std::sin(elevation));
+      const Eigen::Vector3d direction(std::cos(azimuth) * std::cos(elevation),
+                                      std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
       if (random.Uniform() >= share) point.position = (range * direction).cast<float>();
       sweep.points.push_back(point);
       sweep.span = Duration::FromNanoseconds(offset);
@@ -81,16 +85,19 @@ inline ImuSample MakeImu(int index, double scale = 1.0) {
   return sample;
 }
 
-// Writes IMU samples at 200 Hz and sweeps at 10 Hz over `seconds`, in the order of arrival. `make_sweep(index, stamp)`.
-inline void WriteRecording(const std::string& path, const Rig& rig, const BagWriterOptions& options, double seconds,
-                           const std::function<LidarSweep(int, Time)>& make_sweep, double imu_scale = 1.0) {
+// Writes IMU samples at 200 Hz and sweeps at 10 Hz over `seconds`, in the order of arrival.
+// `make_sweep(index, stamp)`.
+inline void WriteRecording(const std::string& path, const Rig& rig, const BagWriterOptions& options,
+                           double seconds, const std::function<LidarSweep(int, Time)>& make_sweep,
+                           double imu_scale = 1.0) {
   auto writer = BagWriter::Create(path, rig, options);
   ASSERT_TRUE(writer) << writer.error().message;
   int sweeps = 0;
   for (int i = 0; i < seconds * 200; ++i) {
     ASSERT_TRUE((*writer)->Write(MakeImu(i, imu_scale)));
     if (rig.lidar && i % 20 == 19) {
-      const LidarSweep sweep = make_sweep(sweeps, kStart + Duration::FromMilliseconds(100) * sweeps);
+      const LidarSweep sweep =
+          make_sweep(sweeps, kStart + Duration::FromMilliseconds(100) * sweeps);
       ASSERT_TRUE((*writer)->Write(sweep));
       ++sweeps;
     }
@@ -133,7 +140,8 @@ inline std::vector<char> ReadBytes(const std::string& path) {
 }
 
 inline void WriteBytes(const std::string& path, const std::vector<char>& bytes) {
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 }  // namespace mlvi::test

@@ -46,7 +46,8 @@ class TopicInspector {
     AddStamp(stamp);
     if (info_.type == kImuType) AddImu(message.data);
     if (info_.type == kPointCloud2Type) AddCloud(ParsePointCloud2(message.data));
-    if (IsLivoxType(info_.type)) AddCloud(ViewLivoxPoints(message.data, message.connection->definition));
+    if (IsLivoxType(info_.type))
+      AddCloud(ViewLivoxPoints(message.data, message.connection->definition));
   }
 
   TopicInfo Finish() {
@@ -71,7 +72,8 @@ class TopicInspector {
   }
 
   void AddImu(ByteSpan data) {
-    if (!imu_.empty() && imu_.back().stamp - imu_.front().stamp > Duration::FromMilliseconds(1000)) return;
+    if (!imu_.empty() && imu_.back().stamp - imu_.front().stamp > Duration::FromMilliseconds(1000))
+      return;
     if (auto sample = ParseImu(data)) {
       imu_.push_back(*sample);
     } else if (info_.unreadable.empty()) {
@@ -124,7 +126,8 @@ class TopicInspector {
     points.time_max = *max;
     // Without a rate (one message): LiDARs turn ten times a second.
     const double rate = info_.Rate() > 0.0 ? info_.Rate() : 10.0;
-    points.times = PointTimer(Duration::FromSeconds(1.0 / rate)).Interpret(sample_.times, sample_.header_stamp);
+    points.times = PointTimer(Duration::FromSeconds(1.0 / rate))
+                       .Interpret(sample_.times, sample_.header_stamp);
     if (points.times) points.times->offsets.clear();
   }
 
@@ -163,7 +166,8 @@ Expected<BagInfo> InspectBag(const std::string& path, const std::function<void(d
     if (progress && count % 64 == 0) progress((*reader)->Progress());
   }
   // Topics that were announced, but have no message.
-  for (const auto& [id, connection] : (*reader)->connections()) topics.try_emplace(connection.topic, connection);
+  for (const auto& [id, connection] : (*reader)->connections())
+    topics.try_emplace(connection.topic, connection);
   for (auto& [topic, inspector] : topics) info.topics.push_back(inspector.Finish());
   return info;
 }

@@ -18,7 +18,14 @@ constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::size_t kLargestChunk = std::size_t{1} << 30;
 constexpr std::size_t kLargestHeader = std::size_t{1} << 24;
 
-enum class Op : std::uint8_t { kMessage = 2, kBag = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7 };
+enum class Op : std::uint8_t {
+  kMessage = 2,
+  kBag = 3,
+  kIndex = 4,
+  kChunk = 5,
+  kChunkInfo = 6,
+  kConnection = 7
+};
 
 // A header is a list of blocks "name=value".
 std::optional<ByteSpan> Field(ByteSpan header, std::string_view name) {
@@ -57,9 +64,12 @@ bool IsOp(ByteSpan header, Op op) {
 
 // What the file may be instead of a ROS 1 bag.
 std::string_view GuessFormat(std::string_view begin) {
-  if (begin.starts_with("#ROSBAG V1")) return "a ROS bag of format 1.x; convert it with `rosbag fix`";
-  if (begin.starts_with("SQLite format 3")) return "an SQLite file, probably a ROS 2 bag (db3); convert it to ROS 1";
-  if (begin.starts_with("\x89MCAP")) return "an MCAP file, probably a ROS 2 bag; convert it to ROS 1";
+  if (begin.starts_with("#ROSBAG V1"))
+    return "a ROS bag of format 1.x; convert it with `rosbag fix`";
+  if (begin.starts_with("SQLite format 3"))
+    return "an SQLite file, probably a ROS 2 bag (db3); convert it to ROS 1";
+  if (begin.starts_with("\x89MCAP"))
+    return "an MCAP file, probably a ROS 2 bag; convert it to ROS 1";
   return "something else; is it a partial download or an error page?";
 }
 
@@ -69,7 +79,8 @@ Expected<std::unique_ptr<BagReader>> BagReader::Open(const std::string& path) {
   std::unique_ptr<BagReader> reader(new BagReader(path));
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
-    return MakeError(kKind, "'{}' is a folder: name the bag files in it, in the order of recording", path);
+    return MakeError(kKind, "'{}' is a folder: name the bag files in it, in the order of recording",
+                     path);
   }
   reader->file_.open(path, std::ios::binary);
   if (!reader->file_) {
@@ -88,15 +99,15 @@ Expected<void> BagReader::ReadPreamble() {
   ReadBytes(0, std::min<std::uint64_t>(16, file_size_), magic);
   const std::string_view begin(reinterpret_cast<const char*>(magic.data()), magic.size());
   if (!begin.starts_with(kMagic)) {
-    return MakeError(kKind, "'{}' is no ROS 1 bag: it does not begin with '#ROSBAG V2.0'; it is {}", path_,
-                     GuessFormat(begin));
+    return MakeError(kKind, "'{}' is no ROS 1 bag: it does not begin with '#ROSBAG V2.0'; it is {}",
+                     path_, GuessFormat(begin));
   }
   scan_position_ = kMagic.size();
   const auto record = ReadRecord(kMagic.size());
   if (!record || !IsOp(record->header, Op::kBag)) return {};  // scanned; damage shows there
   if (!TextField(record->header, "encryptor").empty()) {
-    return MakeError(kKind, "bag '{}' is encrypted ({}): decrypt it with `rosbag decrypt` first", path_,
-                     TextField(record->header, "encryptor"));
+    return MakeError(kKind, "bag '{}' is encrypted ({}): decrypt it with `rosbag decrypt` first",
+                     path_, TextField(record->header, "encryptor"));
   }
   const auto index = NumberField<std::uint64_t>(record->header, "index_pos");
   const auto connections = NumberField<std::uint32_t>(record->header, "conn_count");
@@ -132,7 +143,8 @@ bool BagReader::ReadIndex(std::uint64_t position, std::uint32_t connections, std
   return chunk_infos_.size() == chunks;
 }
 
-bool BagReader::ReadBytes(std::uint64_t position, std::size_t size, std::vector<std::uint8_t>& bytes) {
+bool BagReader::ReadBytes(std::uint64_t position, std::size_t size,
+                          std::vector<std::uint8_t>& bytes) {
   if (position > file_size_ || size > file_size_ - position) return false;
   bytes.resize(size);
   file_.clear();
@@ -183,7 +195,8 @@ void BagReader::LoadChunk(std::uint64_t position) {
     return ReportDamage(position, fmt::format("a chunk that claims {} bytes", *size));
   }
   // Of a chunk that the end of the file cuts off, the first part is read.
-  const std::uint64_t present = std::min<std::uint64_t>(record->data_size, file_size_ - std::min(file_size_, record->data_position));
+  const std::uint64_t present = std::min<std::uint64_t>(
+      record->data_size, file_size_ - std::min(file_size_, record->data_position));
   std::vector<std::uint8_t> packed;
   if (!ReadBytes(record->data_position, present, packed)) {
     return ReportDamage(position, "the file cannot be read here");
@@ -195,7 +208,8 @@ void BagReader::LoadChunk(std::uint64_t position) {
   const bool cut_off = present < record->data_size;
   ParseChunk(*chunk, unpacked.complete && !cut_off);
   if (cut_off) {
-    ReportDamage(position, "the file ends within a chunk: the recording or a copy of it was cut off");
+    ReportDamage(position,
+                 "the file ends within a chunk: the recording or a copy of it was cut off");
   } else if (!unpacked.complete) {
     ReportDamage(position, fmt::format("a {} chunk does not unpack: {} of {} bytes", compression,
                                        chunk->bytes.size(), *size));
@@ -253,7 +267,8 @@ bool BagReader::ScanNextChunk() {
 void BagReader::LoadDueChunks() {
   const auto earliest = [&] {
     Time time = Time::FromNanoseconds(std::numeric_limits<std::int64_t>::max());
-    for (const auto& chunk : open_chunks_) time = std::min(time, chunk->entries[chunk->next].receipt);
+    for (const auto& chunk : open_chunks_)
+      time = std::min(time, chunk->entries[chunk->next].receipt);
     return time;
   };
   while (next_chunk_ < chunk_infos_.size() &&
@@ -270,15 +285,19 @@ Expected<std::optional<BagMessage>> BagReader::Next() {
     ScanNextChunk();
   }
   if (open_chunks_.empty()) {
-    if (!indexed_ && !damage_) damage_ = "it has no index: the recorder did not end properly, or the end is missing";
+    if (!indexed_ && !damage_)
+      damage_ = "it has no index: the recorder did not end properly, or the end is missing";
     if (!damage_ || damage_reported_) return std::nullopt;
     damage_reported_ = true;
-    return MakeError(kKind, "bag '{}' is damaged: {}{}; everything readable was used. `rosbag reindex` or a new copy may help",
-                     path_, *damage_,
-                     damaged_places_ > 1 ? fmt::format(" (and {} more places)", damaged_places_ - 1) : "");
+    return MakeError(
+        kKind,
+        "bag '{}' is damaged: {}{}; everything readable was used. `rosbag reindex` or a new copy "
+        "may help",
+        path_, *damage_,
+        damaged_places_ > 1 ? fmt::format(" (and {} more places)", damaged_places_ - 1) : "");
   }
-  const auto chunk = std::min_element(
-      open_chunks_.begin(), open_chunks_.end(), [](const auto& a, const auto& b) {
+  const auto chunk =
+      std::min_element(open_chunks_.begin(), open_chunks_.end(), [](const auto& a, const auto& b) {
         const Entry &first = a->entries[a->next], &second = b->entries[b->next];
         return std::tie(first.receipt, a->position) < std::tie(second.receipt, b->position);
       });

@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streaming reader of ROS 1 bags (format 2.0; wiki.ros.org/Bags/Format/2.0). One chunk at a time is in memory (more only
-// where chunks overlap in time), whatever the length of the bag. With its index a bag is read in order of receipt time;
-// without one (recording killed, file cut off: no index at the end) it is scanned front to back and everything intact is
-// delivered. Damage never ends the reading early: what can be read is read, and an Error that describes the first damage
+// Streaming reader of ROS 1 bags (format 2.0; wiki.ros.org/Bags/Format/2.0). One chunk at a time is
+// in memory (more only where chunks overlap in time), whatever the length of the bag. With its
+// index a bag is read in order of receipt time; without one (recording killed, file cut off: no
+// index at the end) it is scanned front to back and everything intact is delivered. Damage never
+// ends the reading early: what can be read is read, and an Error that describes the first damage
 // follows the last message.
 //
-// Why not rosbag::View: it holds the index entries of all messages in memory (64 bytes each), refuses bags without
-// index, and trusts every length in the file.
+// Why not rosbag::View: it holds the index entries of all messages in memory (64 bytes each),
+// refuses bags without index, and trusts every length in the file.
 #pragma once
 
 #include <cstdint>
@@ -44,14 +45,16 @@ class BagReader {
   // Errors (kInput): no such file, empty file, no ROS 1 bag, encrypted bag.
   static Expected<std::unique_ptr<BagReader>> Open(const std::string& path);
 
-  // The next message; empty at the end. A damaged bag yields one Error after its last readable message, then the end.
+  // The next message; empty at the end. A damaged bag yields one Error after its last readable
+  // message, then the end.
   Expected<std::optional<BagMessage>> Next();
 
   // Known so far: all of the bag when `indexed()`, else those met up to now.
   const std::map<std::uint32_t, BagConnection>& connections() const { return connections_; }
   // Whether the bag has a readable index.
   bool indexed() const { return indexed_; }
-  // Receipt times of the first and the last message by the index; empty without index, or without messages.
+  // Receipt times of the first and the last message by the index; empty without index, or without
+  // messages.
   std::optional<std::pair<Time, Time>> span() const;
   const std::string& path() const { return path_; }
   std::uint64_t file_size() const { return file_size_; }
@@ -110,7 +113,8 @@ class BagReader {
   std::uint64_t scan_position_ = 0;
   std::uint64_t bytes_consumed_ = 0;
   std::vector<std::unique_ptr<Chunk>> open_chunks_;
-  std::unique_ptr<Chunk> last_;  // keeps the data of the last message alive when its chunk is used up
+  // Keeps the data of the last message alive when its chunk is used up.
+  std::unique_ptr<Chunk> last_;
   std::optional<std::string> damage_;
   int damaged_places_ = 0;
   bool damage_reported_ = false;

@@ -42,7 +42,8 @@ Reading ReadBag(const std::string& path) {
     }
     if (!*message) break;
     const BagMessage& m = **message;
-    reading.records.push_back({m.connection->topic, m.receipt.nanoseconds(), {m.data.begin(), m.data.end()}});
+    reading.records.push_back(
+        {m.connection->topic, m.receipt.nanoseconds(), {m.data.begin(), m.data.end()}});
   }
   return reading;
 }
@@ -77,7 +78,8 @@ std::string WriteChunks(BagCompression compression, int messages = 20) {
       image.pixels.push_back(static_cast<std::uint8_t>(random.NextBits() % 16));
     }
     EXPECT_TRUE((*writer)->Write("/image", image.stamp, ImageMessage(image, "camera")));
-    EXPECT_TRUE((*writer)->Write("/imu", image.stamp + Duration::FromMilliseconds(1), ImuMessage(test::MakeImu(20 * i))));
+    EXPECT_TRUE((*writer)->Write("/imu", image.stamp + Duration::FromMilliseconds(1),
+                                 ImuMessage(test::MakeImu(20 * i))));
   }
   EXPECT_TRUE((*writer)->Close());
   return path;
@@ -85,7 +87,8 @@ std::string WriteChunks(BagCompression compression, int messages = 20) {
 
 class Compressions : public ::testing::TestWithParam<BagCompression> {};
 INSTANTIATE_TEST_SUITE_P(All, Compressions,
-                         ::testing::Values(BagCompression::kNone, BagCompression::kBz2, BagCompression::kLz4));
+                         ::testing::Values(BagCompression::kNone, BagCompression::kBz2,
+                                           BagCompression::kLz4));
 
 TEST_P(Compressions, AgreesWithRosbag) {
   const std::string path = WriteChunks(GetParam());
@@ -96,7 +99,8 @@ TEST_P(Compressions, AgreesWithRosbag) {
 }
 
 TEST(BagReader, AgreesWithRosbagOnRealBags) {
-  for (const char* name : {"imu_bags/sparkfun_razor.bag", "evo/ROS_example.bag", "evo/tf_example.bag"}) {
+  for (const char* name :
+       {"imu_bags/sparkfun_razor.bag", "evo/ROS_example.bag", "evo/tf_example.bag"}) {
     const std::string path = test::SharedData(name);
     MLVI_SKIP_WITHOUT(path);
     const Reading reading = ReadBag(path);
@@ -106,7 +110,8 @@ TEST(BagReader, AgreesWithRosbagOnRealBags) {
     const auto order = [](const Record& a, const Record& b) {
       return std::tie(a.receipt, a.topic, a.data) < std::tie(b.receipt, b.topic, b.data);
     };
-    for (std::size_t i = 1; i < found.size(); ++i) ASSERT_LE(found[i - 1].receipt, found[i].receipt);
+    for (std::size_t i = 1; i < found.size(); ++i)
+      ASSERT_LE(found[i - 1].receipt, found[i].receipt);
     std::sort(expected.begin(), expected.end(), order);
     std::sort(found.begin(), found.end(), order);
     EXPECT_TRUE(found == expected) << name;
@@ -114,7 +119,8 @@ TEST(BagReader, AgreesWithRosbagOnRealBags) {
 }
 
 TEST(BagReader, ChunksThatOverlapInTimeAreMerged) {
-  // All of one topic, then all of the other, over the same time: as tools that convert topic by topic write it.
+  // All of one topic, then all of the other, over the same time: as tools that convert topic by
+  // topic write it.
   const std::string path = test::TemporaryPath("overlap.bag");
   auto writer = RawBagWriter::Create(path, BagCompression::kLz4);
   ASSERT_TRUE(writer);
@@ -126,7 +132,8 @@ TEST(BagReader, ChunksThatOverlapInTimeAreMerged) {
   ASSERT_TRUE((*writer)->Close());
   const Reading reading = ReadBag(path);
   ASSERT_EQ(reading.records.size(), 10000u);
-  for (std::size_t i = 1; i < 10000; ++i) ASSERT_LE(reading.records[i - 1].receipt, reading.records[i].receipt);
+  for (std::size_t i = 1; i < 10000; ++i)
+    ASSERT_LE(reading.records[i - 1].receipt, reading.records[i].receipt);
 }
 
 // Cut off anywhere, a bag yields a true beginning of its messages and then one error.
@@ -137,11 +144,13 @@ TEST_P(Compressions, TruncatedBagYieldsItsIntactPart) {
   const std::string cut = test::TemporaryPath("cut.bag");
   std::size_t last_count = 0;
   for (const double share : {0.01, 0.2, 0.4, 0.5, 0.73, 0.95, 0.9999}) {
-    test::WriteBytes(cut, {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(share * bytes.size())});
+    test::WriteBytes(
+        cut, {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(share * bytes.size())});
     const Reading reading = ReadBag(cut);
     EXPECT_THAT(reading.error, HasSubstr("is damaged")) << share;
     ASSERT_LE(reading.records.size(), whole.size());
-    for (std::size_t i = 0; i < reading.records.size(); ++i) ASSERT_TRUE(reading.records[i] == whole[i]) << share;
+    for (std::size_t i = 0; i < reading.records.size(); ++i)
+      ASSERT_TRUE(reading.records[i] == whole[i]) << share;
     EXPECT_GE(reading.records.size(), last_count);
     // All chunks but the one that is cut: five at most hold less than 8 of the 40 messages each.
     EXPECT_GE(reading.records.size() + 9, share * whole.size()) << share;
@@ -180,8 +189,11 @@ TEST_P(Compressions, SurvivesMutatedBytes) {
     for (int i = 0; i < count; ++i) {
       // Half of the mutations hit the headers at the beginning and the index at the end.
       const double where = random.Uniform();
-      const double at = round % 2 == 0 ? where : where < 0.5 ? where * 0.01 : 1.0 - (1.0 - where) * 0.01;
-      mutated[static_cast<std::size_t>(at * (bytes.size() - 1))] = static_cast<char>(random.NextBits());
+      const double at = round % 2 == 0 ? where
+                        : where < 0.5  ? where * 0.01
+                                       : 1.0 - (1.0 - where) * 0.01;
+      mutated[static_cast<std::size_t>(at * (bytes.size() - 1))] =
+          static_cast<char>(random.NextBits());
     }
     test::WriteBytes(bad, mutated);
     const Reading reading = ReadBag(bad);

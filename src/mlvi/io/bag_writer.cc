@@ -16,8 +16,9 @@ Expected<std::unique_ptr<BagWriter>> BagWriter::Create(const std::string& path, 
                                                        const BagWriterOptions& options) {
   const std::string model = rig.lidar ? rig.lidar->model : kOuster;
   if (model != kOuster && model != kVelodyne && model != kHesai) {
-    return MakeError(ErrorKind::kConfiguration, "lidar.model '{}' has no message layout to write; {}, {} and {} have",
-                     model, kOuster, kVelodyne, kHesai);
+    return MakeError(ErrorKind::kConfiguration,
+                     "lidar.model '{}' has no message layout to write; {}, {} and {} have", model,
+                     kOuster, kVelodyne, kHesai);
   }
   auto bag = RawBagWriter::Create(path, options.compression);
   if (!bag) return tl::unexpected(bag.error());
@@ -68,13 +69,15 @@ Expected<RosMessage> BagWriter::CameraMessage(const Image& image) const {
   const auto jpeg = EncodeJpeg(image, options_.jpeg_quality);
   if (!jpeg) return tl::unexpected(jpeg.error());
   // As image_transport's compressed plugin writes it: what the data decode to follows for colour.
-  const std::string format = fmt::format("{0}; jpeg compressed {1}", EncodingOf(image), image.channels == 3 ? "bgr8" : "");
+  const std::string format =
+      fmt::format("{0}; jpeg compressed {1}", EncodingOf(image), image.channels == 3 ? "bgr8" : "");
   return CompressedImageMessage(image.stamp, camera.name, format, *jpeg);
 }
 
 RosMessage BagWriter::SweepMessage(const LidarSweep& sweep) const {
   if (rig_.lidar->model == kVelodyne) {
-    return PointCloud2Message(VelodyneCloud(sweep, options_.velodyne_stamp == VelodyneStamp::kLastPacket));
+    return PointCloud2Message(
+        VelodyneCloud(sweep, options_.velodyne_stamp == VelodyneStamp::kLastPacket));
   }
   if (rig_.lidar->model == kHesai) return PointCloud2Message(HesaiCloud(sweep));
   return PointCloud2Message(OusterCloud(sweep, Duration::FromSeconds(1.0 / rig_.lidar->rate_hz)));

@@ -31,7 +31,8 @@ void ReadModel(YamlSection& section, CameraSpec& camera) {
   if (!model) section.Report(fmt::format("{}: {}", section.PathOf("model"), model.error().message));
 }
 
-// Calibration files put the parameters of the projection before fx, those of the distortion behind cy.
+// Calibration files put the parameters of the projection before fx, those of the distortion behind
+// cy.
 bool LeadsFocalLength(const std::string& parameter) {
   return parameter == "xi" || parameter == "alpha";
 }
@@ -75,7 +76,8 @@ std::string CameraYaml(const CameraSpec& camera) {
       fmt::join(parameters.intrinsics, ", "), fmt::join(parameters.distortion, ", "),
       camera.model->width(), camera.model->height(), PoseYaml(camera.T_body_camera), camera.rate_hz,
       SecondsText(camera.time_offset), camera.valid_radius_px);
-  if (!camera.mask_file.empty()) yaml += fmt::format("    mask_file: {}\n", QuoteYaml(camera.mask_file));
+  if (!camera.mask_file.empty())
+    yaml += fmt::format("    mask_file: {}\n", QuoteYaml(camera.mask_file));
   return yaml;
 }
 

@@ -11,8 +11,8 @@ namespace mlvi {
 namespace {
 
 // Sets all scalars below `node`; `given` collects the keys.
-void Apply(const YAML::Node& node, const std::string& key, ConfigDeclaration& declaration, std::set<std::string>& given,
-           YamlErrors& errors) {
+void Apply(const YAML::Node& node, const std::string& key, ConfigDeclaration& declaration,
+           std::set<std::string>& given, YamlErrors& errors) {
   if (node.IsMap()) {
     for (const auto& entry : node) {
       const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "?";
@@ -20,14 +20,17 @@ void Apply(const YAML::Node& node, const std::string& key, ConfigDeclaration& de
     }
     return;
   }
-  if (!node.IsScalar()) return errors.Report(node, fmt::format("{}: expected a value or a map of keys", key));
+  if (!node.IsScalar())
+    return errors.Report(node, fmt::format("{}: expected a value or a map of keys", key));
   if (!given.insert(key).second) return errors.Report(node, fmt::format("{} is given twice", key));
-  if (auto set = declaration.Set(key, node.Scalar()); !set) errors.Report(node, set.error().message);
+  if (auto set = declaration.Set(key, node.Scalar()); !set)
+    errors.Report(node, set.error().message);
 }
 
 }  // namespace
 
-Expected<void> ApplyConfigText(const std::string& yaml, const std::string& origin, ConfigDeclaration& declaration) {
+Expected<void> ApplyConfigText(const std::string& yaml, const std::string& origin,
+                               ConfigDeclaration& declaration) {
   const auto document = ParseYaml(yaml, origin);
   if (!document) return tl::unexpected(document.error());
   if (document->IsNull()) return {};

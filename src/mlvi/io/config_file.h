@@ -10,9 +10,11 @@
 namespace mlvi {
 
 // Sets the fields of a configuration from a YAML file; nested maps and dotted keys mean the same
-// (`lio: {map: {voxel_size: 0.5}}`, `lio.map.voxel_size: 0.5`). Errors (kConfiguration) name file and line: unknown keys
-// with the nearest valid one, impossible values, keys given twice. An empty file changes nothing.
+// (`lio: {map: {voxel_size: 0.5}}`, `lio.map.voxel_size: 0.5`). Errors (kConfiguration) name file
+// and line: unknown keys with the nearest valid one, impossible values, keys given twice. An empty
+// file changes nothing.
 Expected<void> ApplyConfigFile(const std::string& path, ConfigDeclaration& declaration);
-Expected<void> ApplyConfigText(const std::string& yaml, const std::string& origin, ConfigDeclaration& declaration);
+Expected<void> ApplyConfigText(const std::string& yaml, const std::string& origin,
+                               ConfigDeclaration& declaration);
 
 }  // namespace mlvi

@@ -18,12 +18,15 @@ Expected<Time> ParseStamp(const TableLine& line, const std::string& path) {
   std::int64_t ns = 0;
   const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), ns);
   if (code != std::errc() || end != word.data() + word.size()) {
-    return MakeError(kKind, "{}:{}: '{}' is no integer stamp in nanoseconds", path, line.number, word);
+    return MakeError(kKind, "{}:{}: '{}' is no integer stamp in nanoseconds", path, line.number,
+                     word);
   }
   return Time::FromNanoseconds(ns);
 }
 
-Eigen::Vector3d VectorAt(const std::vector<double>& v, std::size_t i) { return {v[i], v[i + 1], v[i + 2]}; }
+Eigen::Vector3d VectorAt(const std::vector<double>& v, std::size_t i) {
+  return {v[i], v[i + 1], v[i + 2]};
+}
 
 Expected<NavState> ParseState(const TableLine& line, const std::string& path) {
   const auto stamp = ParseStamp(line, path);
@@ -33,8 +36,8 @@ Expected<NavState> ParseState(const TableLine& line, const std::string& path) {
   if (!v) return tl::unexpected(v.error());
   const Eigen::Quaterniond rotation((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
   if (std::abs(rotation.norm() - 1.0) > 0.01) {
-    return MakeError(kKind, "{}:{}: quaternion norm {:.4f} is not 1; order is w x y z", path, line.number,
-                     rotation.norm());
+    return MakeError(kKind, "{}:{}: quaternion norm {:.4f} is not 1; order is w x y z", path,
+                     line.number, rotation.norm());
   }
   NavState state;
   state.stamp = *stamp;

@@ -13,8 +13,8 @@
 
 namespace mlvi {
 
-// Ground truth: t, p (3), q wxyz (4), and when there v (3), b_gyroscope (3), b_accelerometer (3); the pose of the IMU in
-// the world, velocities in the world. Errors (kInput) give file and line.
+// Ground truth: t, p (3), q wxyz (4), and when there v (3), b_gyroscope (3), b_accelerometer (3);
+// the pose of the IMU in the world, velocities in the world. Errors (kInput) give file and line.
 Expected<std::vector<NavState>> ReadEurocGroundTruth(const std::string& path);
 // IMU data: t, angular velocity (3, rad/s), acceleration (3, m/s^2).
 Expected<std::vector<ImuSample>> ReadEurocImu(const std::string& path);

@@ -28,7 +28,8 @@ Complaint ReadPose(std::istringstream& line, Pose3* pose) {
   std::array<double, 7> v;
   if (!ReadNumbers(line, v.data(), 7)) return "expected seven finite numbers x y z qx qy qz qw";
   const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-  // Files are written with few digits, so the length may be off by some 1e-3; a length far from one is no rotation.
+  // Files are written with few digits, so the length may be off by some 1e-3; a length far from one
+  // is no rotation.
   if (std::abs(q.norm() - 1.0) > 0.1) {
     return fmt::format("the quaternion has length {}, not 1: wrong order of columns?", q.norm());
   }
@@ -38,7 +39,8 @@ Complaint ReadPose(std::istringstream& line, Pose3* pose) {
 
 Complaint ReadInformation(std::istringstream& line, Matrix6d* information) {
   std::array<double, 21> upper;
-  if (!ReadNumbers(line, upper.data(), 21)) return "expected 21 finite numbers, the upper triangle of the information";
+  if (!ReadNumbers(line, upper.data(), 21))
+    return "expected 21 finite numbers, the upper triangle of the information";
   int next = 0;
   for (int row = 0; row < 6; ++row) {
     for (int column = row; column < 6; ++column) {
@@ -48,7 +50,9 @@ Complaint ReadInformation(std::istringstream& line, Matrix6d* information) {
   return {};
 }
 
-bool IsPositiveDefinite(const Matrix6d& m) { return Eigen::LLT<Matrix6d>(m).info() == Eigen::Success; }
+bool IsPositiveDefinite(const Matrix6d& m) {
+  return Eigen::LLT<Matrix6d>(m).info() == Eigen::Success;
+}
 
 Matrix6d WithTransposedCoupling(const Matrix6d& information) {
   Matrix6d transposed = information;
@@ -60,10 +64,12 @@ Matrix6d WithTransposedCoupling(const Matrix6d& information) {
 // Index of the first edge whose information is of no use either way round, or the number of edges.
 std::size_t ResolveInformation(PoseGraph* graph) {
   std::vector<PoseGraph::Edge>& edges = graph->edges;
-  const auto bad = std::ranges::find_if(edges, [](const auto& e) { return !IsPositiveDefinite(e.information); });
+  const auto bad =
+      std::ranges::find_if(edges, [](const auto& e) { return !IsPositiveDefinite(e.information); });
   if (bad == edges.end()) return edges.size();
-  graph->transposed_coupling = std::ranges::all_of(
-      edges, [](const auto& e) { return IsPositiveDefinite(WithTransposedCoupling(e.information)); });
+  graph->transposed_coupling = std::ranges::all_of(edges, [](const auto& e) {
+    return IsPositiveDefinite(WithTransposedCoupling(e.information));
+  });
   if (!graph->transposed_coupling) return bad - edges.begin();
   for (PoseGraph::Edge& edge : edges) edge.information = WithTransposedCoupling(edge.information);
   return edges.size();
@@ -84,7 +90,8 @@ Complaint ReadEdge(std::istringstream& line, PoseGraph* graph) {
   if (ids[0] == ids[1]) return fmt::format("the edge joins vertex {} to itself", ids[0]);
   PoseGraph::Edge edge{.from = ids[0], .to = ids[1], .T_from_to = {}, .information = {}};
   if (Complaint complaint = ReadPose(line, &edge.T_from_to); !complaint.empty()) return complaint;
-  if (Complaint complaint = ReadInformation(line, &edge.information); !complaint.empty()) return complaint;
+  if (Complaint complaint = ReadInformation(line, &edge.information); !complaint.empty())
+    return complaint;
   graph->edges.push_back(edge);
   return {};
 }
@@ -99,7 +106,8 @@ Complaint ReadLine(const std::string& text, PoseGraph* graph) {
   } else if (record == "EDGE_SE3:QUAT") {
     complaint = ReadEdge(line, graph);
   } else {
-    return fmt::format("record {} is not known; only VERTEX_SE3:QUAT and EDGE_SE3:QUAT are read", record);
+    return fmt::format("record {} is not known; only VERTEX_SE3:QUAT and EDGE_SE3:QUAT are read",
+                       record);
   }
   if (std::string rest; complaint.empty() && line >> rest && rest[0] != '#') {
     return fmt::format("unexpected \"{}\" behind the last number of {}", rest, record);
@@ -122,15 +130,18 @@ Expected<PoseGraph> ReadG2o(std::istream& stream, const std::string& name) {
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
     for (const std::int64_t id : {graph.edges[i].from, graph.edges[i].to}) {
       if (graph.poses.contains(id)) continue;
-      return MakeError(ErrorKind::kInput, "{}:{}: the edge names vertex {}, which the file does not hold", name,
+      return MakeError(ErrorKind::kInput,
+                       "{}:{}: the edge names vertex {}, which the file does not hold", name,
                        edge_lines[i], id);
     }
   }
   if (const std::size_t bad = ResolveInformation(&graph); bad < graph.edges.size()) {
-    return MakeError(ErrorKind::kInput, "{}:{}: EDGE_SE3:QUAT: the information is not positive definite", name,
+    return MakeError(ErrorKind::kInput,
+                     "{}:{}: EDGE_SE3:QUAT: the information is not positive definite", name,
                      edge_lines[bad]);
   }
-  if (graph.poses.empty()) return MakeError(ErrorKind::kInput, "{}: holds no VERTEX_SE3:QUAT", name);
+  if (graph.poses.empty())
+    return MakeError(ErrorKind::kInput, "{}: holds no VERTEX_SE3:QUAT", name);
   return graph;
 }
 

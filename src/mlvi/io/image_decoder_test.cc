@@ -18,14 +18,19 @@ using ::testing::HasSubstr;
 constexpr int kWidth = 16, kHeight = 12;
 
 ImageView Raw(std::string_view encoding, int channels, const std::vector<std::uint8_t>& data) {
-  return {.header = {}, .height = kHeight, .width = kWidth, .step = static_cast<std::uint32_t>(kWidth * channels),
-          .encoding = encoding, .data = data};
+  return {.header = {},
+          .height = kHeight,
+          .width = kWidth,
+          .step = static_cast<std::uint32_t>(kWidth * channels),
+          .encoding = encoding,
+          .data = data};
 }
 
 // Pixels that repeat `pattern`, one entry per channel.
 std::vector<std::uint8_t> Flat(const std::vector<std::uint8_t>& pattern) {
   std::vector<std::uint8_t> data;
-  for (int i = 0; i < kWidth * kHeight; ++i) data.insert(data.end(), pattern.begin(), pattern.end());
+  for (int i = 0; i < kWidth * kHeight; ++i)
+    data.insert(data.end(), pattern.begin(), pattern.end());
   return data;
 }
 
@@ -42,7 +47,9 @@ std::vector<std::uint8_t> Mosaic(const std::string& letters, int red, int green,
 }
 
 // Luma by ITU-R BT.601.
-double Luma(double red, double green, double blue) { return 0.299 * red + 0.587 * green + 0.114 * blue; }
+double Luma(double red, double green, double blue) {
+  return 0.299 * red + 0.587 * green + 0.114 * blue;
+}
 
 void ExpectGrey(const Expected<Image>& image, double grey, const std::string& encoding) {
   ASSERT_TRUE(image) << image.error().message;
@@ -63,7 +70,8 @@ TEST(ImageDecoder, ColoursBecomeGreyByTheirLuma) {
 
 TEST(ImageDecoder, BayerPatternsAreNamedByTheirFirstFourPixels) {
   for (const std::string letters : {"rggb", "bggr", "gbrg", "grbg"}) {
-    const std::vector<std::uint8_t> red = Mosaic(letters, 200, 0, 0), blue = Mosaic(letters, 0, 0, 200);
+    const std::vector<std::uint8_t> red = Mosaic(letters, 200, 0, 0),
+                                    blue = Mosaic(letters, 0, 0, 200);
     const std::string encoding = "bayer_" + letters + "8";
     ExpectGrey(DecodeImage(Raw(encoding, 1, red)), Luma(200, 0, 0), encoding);
     ExpectGrey(DecodeImage(Raw(encoding, 1, blue)), Luma(0, 0, 200), encoding);
@@ -94,8 +102,9 @@ class CompressedImages : public ::testing::Test {
     return DecodeCompressedImage({.header = {}, .encoding = format, .data = bytes});
   }
   static std::vector<std::uint8_t> Jpeg(std::vector<std::uint8_t> pixels, int channels) {
-    const auto bytes =
-        EncodeJpeg({.width = kWidth, .height = kHeight, .channels = channels, .pixels = std::move(pixels)}, 95);
+    const auto bytes = EncodeJpeg(
+        {.width = kWidth, .height = kHeight, .channels = channels, .pixels = std::move(pixels)},
+        95);
     EXPECT_TRUE(bytes);
     return *bytes;
   }
@@ -103,13 +112,16 @@ class CompressedImages : public ::testing::Test {
 
 TEST_F(CompressedImages, GreyAndColourJpegsAreRead) {
   ExpectGrey(Decode(Jpeg(Flat({90}), 1), "mono8; jpeg compressed "), 90, "grey");
-  ExpectGrey(Decode(Jpeg(Flat({30, 100, 200}), 3), "bgr8; jpeg compressed bgr8"), Luma(200, 100, 30), "colour");
-  ExpectGrey(Decode(Jpeg(Flat({30, 100, 200}), 3), "bayer_rggb8; jpeg compressed bgr8"), Luma(200, 100, 30), "colour");
+  ExpectGrey(Decode(Jpeg(Flat({30, 100, 200}), 3), "bgr8; jpeg compressed bgr8"),
+             Luma(200, 100, 30), "colour");
+  ExpectGrey(Decode(Jpeg(Flat({30, 100, 200}), 3), "bayer_rggb8; jpeg compressed bgr8"),
+             Luma(200, 100, 30), "colour");
 }
 
 TEST_F(CompressedImages, DamagedOnesAreErrorsOrImagesButNeverMore) {
   const std::vector<std::uint8_t> good = Jpeg(Flat({90}), 1);
-  EXPECT_THAT(Decode({}, "jpeg").error().message, HasSubstr("of 0 bytes (format 'jpeg') cannot be decoded"));
+  EXPECT_THAT(Decode({}, "jpeg").error().message,
+              HasSubstr("of 0 bytes (format 'jpeg') cannot be decoded"));
   EXPECT_FALSE(Decode(std::vector<std::uint8_t>(500, 7), "png"));
   // The decoder would fill the missing part with grey.
   const std::vector<std::uint8_t> cut(good.begin(), good.end() - 10);
@@ -117,16 +129,20 @@ TEST_F(CompressedImages, DamagedOnesAreErrorsOrImagesButNeverMore) {
   RandomStream random(1);
   for (int i = 0; i < 300; ++i) {
     std::vector<std::uint8_t> bytes = good;
-    if (i % 2 == 0) bytes.resize(static_cast<std::size_t>(random.Uniform() * static_cast<double>(good.size())));
+    if (i % 2 == 0)
+      bytes.resize(static_cast<std::size_t>(random.Uniform() * static_cast<double>(good.size())));
     for (int flips = 0; flips < 3 && !bytes.empty(); ++flips) {
-      const auto at = static_cast<std::size_t>(random.Uniform() * static_cast<double>(bytes.size()));
+      const auto at =
+          static_cast<std::size_t>(random.Uniform() * static_cast<double>(bytes.size()));
       bytes[at] = static_cast<std::uint8_t>(256.0 * random.Uniform());
     }
     const auto image = Decode(bytes, "mono8; jpeg compressed ");
     if (image) {
-      EXPECT_EQ(image->pixels.size(), static_cast<std::size_t>(image->width) * static_cast<std::size_t>(image->height));
+      EXPECT_EQ(image->pixels.size(),
+                static_cast<std::size_t>(image->width) * static_cast<std::size_t>(image->height));
     } else {
-      EXPECT_THAT(image.error().message, AnyOf(HasSubstr("cannot be decoded"), HasSubstr("cut short")));
+      EXPECT_THAT(image.error().message,
+                  AnyOf(HasSubstr("cannot be decoded"), HasSubstr("cut short")));
     }
   }
 }

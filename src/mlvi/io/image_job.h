@@ -16,7 +16,8 @@ namespace mlvi {
 // One image message that is being decoded by whichever thread is free.
 class ImageJob {
  public:
-  // Copies `message` (serialised sensor_msgs/Image, or CompressedImage) and starts. `background` must outlive the job.
+  // Copies `message` (serialised sensor_msgs/Image, or CompressedImage) and starts. `background`
+  // must outlive the job.
   ImageJob(BackgroundTasks& background, ByteSpan message, bool compressed);
   ~ImageJob();
   ImageJob(ImageJob&&) noexcept;

@@ -34,21 +34,28 @@ ImuNormalizer::ImuNormalizer(const ImuSpec& spec, const std::vector<ImuSample>& 
   const AccelerationUnit unit = automatic ? DetectAccelerationUnit(median) : spec.acceleration_unit;
   if (unit == AccelerationUnit::kGravities) scale_ = kStandardGravity;
   if (unit == AccelerationUnit::kGravities && automatic) {
-    notes_.push_back(fmt::format("imu: the median acceleration of the first second is {:.3f}: taken as g and converted "
-                                 "to m/s^2 (imu.acceleration_unit says otherwise if need be)", median));
+    notes_.push_back(fmt::format(
+        "imu: the median acceleration of the first second is {:.3f}: taken as g and converted "
+        "to m/s^2 (imu.acceleration_unit says otherwise if need be)",
+        median));
   }
   const double in_si = median * scale_;
   if (!first.empty() && median == 0.0) {
-    notes_.push_back(fmt::format("imu: the {} samples of the first second hold no acceleration: all are zero, NaN or "
-                                 "infinite", first.size()));
+    notes_.push_back(fmt::format(
+        "imu: the {} samples of the first second hold no acceleration: all are zero, NaN or "
+        "infinite",
+        first.size()));
   } else if (!first.empty() && (in_si < 6.0 || in_si > 16.0)) {
-    notes_.push_back(fmt::format("imu: the median acceleration of the first second is {:.3f} m/s^2, far from gravity: is it "
-                                 "specific force, is imu.acceleration_unit right?", in_si));
+    notes_.push_back(fmt::format(
+        "imu: the median acceleration of the first second is {:.3f} m/s^2, far from gravity: is it "
+        "specific force, is imu.acceleration_unit right?",
+        in_si));
   }
 }
 
 ImuNormalizer::Fate ImuNormalizer::Normalize(ImuSample& sample) {
-  if (!sample.angular_velocity.allFinite() || !sample.linear_acceleration.allFinite()) return Fate::kNotFinite;
+  if (!sample.angular_velocity.allFinite() || !sample.linear_acceleration.allFinite())
+    return Fate::kNotFinite;
   sample.linear_acceleration *= scale_;
   sample.stamp = sample.stamp + time_offset_;
   if (sample.stamp == last_) return Fate::kDuplicate;

@@ -31,17 +31,23 @@ std::shared_ptr<const CameraModel> ReadModel(YamlSection& section) {
   if (!section.Read("resolution", resolution, 2)) section.ReportMissing("resolution");
   const std::string name = ModelName(camera, distortion_model);
   if (name.empty()) {
-    section.Report(fmt::format("camera_model {} with distortion_model {} is not supported; pinhole + equidistant, pinhole + "
-                               "radtan, omni + radtan and ds + none are", camera, distortion_model));
+    section.Report(
+        fmt::format("camera_model {} with distortion_model {} is not supported; pinhole + "
+                    "equidistant, pinhole + "
+                    "radtan, omni + radtan and ds + none are",
+                    camera, distortion_model));
     return nullptr;
   }
-  const bool sensible = resolution.size() == 2 && resolution[0] >= 1 && resolution[1] >= 1 && resolution[0] <= 1e5 && resolution[1] <= 1e5;
+  const bool sensible = resolution.size() == 2 && resolution[0] >= 1 && resolution[1] >= 1 &&
+                        resolution[0] <= 1e5 && resolution[1] <= 1e5;
   if (!sensible) {
-    section.Report(fmt::format("{}: expected width and height in px", section.PathOf("resolution")));
+    section.Report(
+        fmt::format("{}: expected width and height in px", section.PathOf("resolution")));
     return nullptr;
   }
   if (name == "double_sphere") distortion.clear();  // Kalibr writes zeros
-  const auto model = MakeCameraModel(name, static_cast<int>(resolution[0]), static_cast<int>(resolution[1]), intrinsics, distortion);
+  const auto model = MakeCameraModel(name, static_cast<int>(resolution[0]),
+                                     static_cast<int>(resolution[1]), intrinsics, distortion);
   if (!model) {
     section.Report(model.error().message);
     return nullptr;
@@ -59,8 +65,10 @@ CameraSpec& CameraOf(const std::string& name, Rig& rig) {
   return camera;
 }
 
-// Fills one camera; `T_previous_imu` is that of the camera before in the chain, and becomes that of this one.
-void ReadCamera(YamlSection& section, const std::string& name, std::optional<Pose3>& T_camera_imu, Rig& rig) {
+// Fills one camera; `T_previous_imu` is that of the camera before in the chain, and becomes that of
+// this one.
+void ReadCamera(YamlSection& section, const std::string& name, std::optional<Pose3>& T_camera_imu,
+                Rig& rig) {
   CameraSpec& camera = CameraOf(name, rig);
   camera.model = ReadModel(section);
   section.Read("rostopic", camera.topic);
@@ -73,8 +81,10 @@ void ReadCamera(YamlSection& section, const std::string& name, std::optional<Pos
   } else if (has_previous && T_camera_imu) {
     T_camera_imu = T_camera_previous * *T_camera_imu;
   } else {
-    section.Report(fmt::format("missing field '{}': a chain of cameras alone does not tell where the IMU is; run "
-                               "Kalibr's camera-IMU calibration", section.PathOf("T_cam_imu")));
+    section.Report(fmt::format(
+        "missing field '{}': a chain of cameras alone does not tell where the IMU is; run "
+        "Kalibr's camera-IMU calibration",
+        section.PathOf("T_cam_imu")));
     return;
   }
   camera.T_body_camera = T_camera_imu->inverse();
@@ -83,7 +93,8 @@ void ReadCamera(YamlSection& section, const std::string& name, std::optional<Pos
 
 }  // namespace
 
-Expected<std::vector<std::string>> ImportKalibrCamchainText(const std::string& yaml, const std::string& origin, Rig& rig) {
+Expected<std::vector<std::string>> ImportKalibrCamchainText(const std::string& yaml,
+                                                            const std::string& origin, Rig& rig) {
   const auto document = ParseYaml(yaml, origin);
   if (!document) return tl::unexpected(document.error());
   YamlErrors errors(origin, kKind);
@@ -109,7 +120,8 @@ Expected<void> ImportKalibrImuText(const std::string& yaml, const std::string& o
   const auto document = ParseYaml(yaml, origin);
   if (!document) return tl::unexpected(document.error());
   YamlErrors errors(origin, kKind);
-  // Bare, or under "imu0" as the calibration writes it; further keys (T_i_b, model) say nothing that the rig holds.
+  // Bare, or under "imu0" as the calibration writes it; further keys (T_i_b, model) say nothing
+  // that the rig holds.
   const bool nested = document->IsMap() && (*document)["imu0"].IsDefined();
   YamlSection section(nested ? (*document)["imu0"] : *document, nested ? "imu0" : "", errors);
   Rig changed = rig;

@@ -35,7 +35,9 @@ std::string_view NextWord(std::string_view& line) {
   return word;
 }
 
-std::string ShortName(std::string_view type) { return std::string(type.substr(type.rfind('/') + 1)); }
+std::string ShortName(std::string_view type) {
+  return std::string(type.substr(type.rfind('/') + 1));
+}
 
 std::optional<Field> ParseField(std::string_view type, std::string_view name) {
   if (type.empty() || name.empty() || name.find('=') != std::string_view::npos) return std::nullopt;
@@ -45,7 +47,8 @@ std::optional<Field> ParseField(std::string_view type, std::string_view name) {
     field.is_array = true;
     std::uint32_t size = 0;
     const char* digits = type.data() + bracket + 1;
-    if (std::from_chars(digits, type.data() + type.size(), size).ptr != digits) field.array_size = size;
+    if (std::from_chars(digits, type.data() + type.size(), size).ptr != digits)
+      field.array_size = size;
     type = type.substr(0, bracket);
   }
   field.type = ShortName(type);
@@ -92,13 +95,15 @@ std::optional<Primitive> FindPrimitive(std::string_view type) {
   return std::nullopt;
 }
 
-// The fields of a struct of fixed-size numbers, and its size in `step`; empty when it holds anything else.
+// The fields of a struct of fixed-size numbers, and its size in `step`; empty when it holds
+// anything else.
 std::vector<PointField> StructFields(const Fields& fields, std::size_t& step) {
   std::vector<PointField> points;
   step = 0;
   for (const Field& field : fields) {
     const auto primitive = FindPrimitive(field.type);
-    if (!primitive || (field.is_array && (!field.array_size || *field.array_size > 4096))) return {};
+    if (!primitive || (field.is_array && (!field.array_size || *field.array_size > 4096)))
+      return {};
     const std::uint32_t count = field.is_array ? *field.array_size : 1;
     if (primitive->datatype != PointDatatype{0} && count > 0) {
       points.push_back({field.name, static_cast<std::uint32_t>(step), primitive->datatype, count});
@@ -110,7 +115,9 @@ std::vector<PointField> StructFields(const Fields& fields, std::size_t& step) {
 
 // Moves past one field that holds numbers or texts.
 bool Skip(const Field& field, WireReader& reader) {
-  const std::uint32_t count = !field.is_array ? 1 : field.array_size ? *field.array_size : reader.Read<std::uint32_t>();
+  const std::uint32_t count = !field.is_array    ? 1
+                              : field.array_size ? *field.array_size
+                                                 : reader.Read<std::uint32_t>();
   if (const auto primitive = FindPrimitive(field.type)) {
     reader.Bytes(primitive->size * std::size_t{count});
     return reader.ok();
@@ -148,8 +155,11 @@ Expected<PointCloud2View> ViewLivoxPoints(ByteSpan message, std::string_view def
     if (!reader.ok() || cloud.fields.empty()) break;
     return cloud;
   }
-  return MakeError(kKind, "CustomMsg of {} bytes: cut short, or its definition in the bag has no array of points with "
-                          "plain fields ({} types there)", message.size(), types.size());
+  return MakeError(
+      kKind,
+      "CustomMsg of {} bytes: cut short, or its definition in the bag has no array of points with "
+      "plain fields ({} types there)",
+      message.size(), types.size());
 }
 
 }  // namespace mlvi

@@ -21,7 +21,8 @@ TEST(Ply, RoundTrip) {
   for (const int count : {0, 1, 1234}) {
     std::vector<PlyPoint> sent(static_cast<std::size_t>(count));
     for (PlyPoint& point : sent) {
-      point.position = Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).cast<float>();
+      point.position =
+          Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).cast<float>();
       point.intensity = static_cast<float>(random.Uniform());
     }
     const std::string path = test::TemporaryPath("map.ply");
@@ -37,8 +38,11 @@ TEST(Ply, RoundTrip) {
 }
 
 TEST(Ply, ReadsDoublesAndOtherProperties) {
-  std::string file = "ply\r\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar red\nproperty double x\n"
-                     "property double y\nproperty float z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string file =
+      "ply\r\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar red\nproperty "
+      "double x\n"
+      "property double y\nproperty float z\nelement face 0\nproperty list uchar int "
+      "vertex_indices\nend_header\n";
   const double x = 1.5, y = -2.25;
   const float z = 8.0F;
   file += '\xff';
@@ -61,9 +65,12 @@ TEST(Ply, Errors) {
   EXPECT_THAT(error("pcd"), HasSubstr("is no PLY file"));
   EXPECT_THAT(error("ply\nformat ascii 1.0\n"), HasSubstr("format 'ascii'"));
   EXPECT_THAT(error("ply\nformat binary_little_endian 1.0\n"), HasSubstr("does not end"));
-  EXPECT_THAT(error("ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n"),
-              HasSubstr("no float properties x, y, z"));
-  EXPECT_THAT(error("ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\nproperty float x\nproperty float y\n"
+  EXPECT_THAT(
+      error(
+          "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n"),
+      HasSubstr("no float properties x, y, z"));
+  EXPECT_THAT(error("ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\nproperty "
+                    "float x\nproperty float y\n"
                     "property float z\nend_header\nabc"),
               HasSubstr("only 3 bytes follow"));
   EXPECT_FALSE(PlyWriter::Create("/nowhere/map.ply"));
@@ -72,7 +79,8 @@ TEST(Ply, Errors) {
 TEST(MapPicture, ShowsPointsAndTrajectory) {
   Trajectory trajectory;
   for (int i = 0; i <= 100; ++i) {
-    trajectory.push_back({.stamp = test::kStart, .pose = Pose3::FromTranslation({0.1 * i, 5.0, 0.0})});
+    trajectory.push_back(
+        {.stamp = test::kStart, .pose = Pose3::FromTranslation({0.1 * i, 5.0, 0.0})});
   }
   MapPicture picture(trajectory);
   for (int i = 0; i < 20000; ++i) picture.Add({0.0005 * i, 0.0, 1.0});  // a wall along x at y = 0
@@ -88,7 +96,9 @@ TEST(MapPicture, ShowsPointsAndTrajectory) {
   EXPECT_GT(end[2], end[1] + 50);
   int dark = 0;
   for (int column = 40; column < 760; ++column) {
-    dark += image.at<cv::Vec3b>(396, column)[0] < 120 || image.at<cv::Vec3b>(397, column)[0] < 120 ? 1 : 0;
+    dark += image.at<cv::Vec3b>(396, column)[0] < 120 || image.at<cv::Vec3b>(397, column)[0] < 120
+                ? 1
+                : 0;
   }
   EXPECT_GT(dark, 90);  // 100 cells of 0.1 m
   EXPECT_EQ(image.at<cv::Vec3b>(220, 400), cv::Vec3b(255, 255, 255));

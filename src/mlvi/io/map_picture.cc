@@ -43,17 +43,25 @@ struct View {
     const double side = std::max((high - low).maxCoeff(), 1.0);
     pixels_per_metre = (size - 2 * kMargin) / side;
   }
-  int Width() const { return 2 * kMargin + static_cast<int>(std::ceil((high.x() - low.x()) * pixels_per_metre)); }
-  int Height() const { return 2 * kMargin + static_cast<int>(std::ceil((high.y() - low.y()) * pixels_per_metre)); }
+  int Width() const {
+    return 2 * kMargin + static_cast<int>(std::ceil((high.x() - low.x()) * pixels_per_metre));
+  }
+  int Height() const {
+    return 2 * kMargin + static_cast<int>(std::ceil((high.y() - low.y()) * pixels_per_metre));
+  }
   cv::Point2d ToPixel(const Eigen::Vector2d& p) const {
-    return {kMargin + (p.x() - low.x()) * pixels_per_metre, kMargin + (high.y() - p.y()) * pixels_per_metre};
+    return {kMargin + (p.x() - low.x()) * pixels_per_metre,
+            kMargin + (high.y() - p.y()) * pixels_per_metre};
   }
 };
 
-// The pixels of the cell whose smallest corner is `corner`, m; neighbouring cells abut, and none is empty.
+// The pixels of the cell whose smallest corner is `corner`, m; neighbouring cells abut, and none is
+// empty.
 cv::Rect CellPixels(const Eigen::Vector2d& corner, double cell, const View& view) {
-  const cv::Point2d low = view.ToPixel(corner), high = view.ToPixel(corner + Eigen::Vector2d::Constant(cell));
-  const cv::Point left_top(static_cast<int>(std::floor(low.x)), static_cast<int>(std::floor(high.y)));
+  const cv::Point2d low = view.ToPixel(corner),
+                    high = view.ToPixel(corner + Eigen::Vector2d::Constant(cell));
+  const cv::Point left_top(static_cast<int>(std::floor(low.x)),
+                           static_cast<int>(std::floor(high.y)));
   const int width = static_cast<int>(std::floor(high.x)) - left_top.x;
   const int height = static_cast<int>(std::floor(low.y)) - left_top.y;
   return {left_top, cv::Size(std::max(width, 1), std::max(height, 1))};
@@ -73,27 +81,31 @@ void DrawTrajectory(const Trajectory& trajectory, const View& view, cv::Mat& pic
   constexpr int kShift = 4;  // fractional bits of OpenCV's drawing functions
   const auto pixel = [&](const StampedPose& pose) {
     const cv::Point2d p = view.ToPixel(pose.pose.translation().head<2>());
-    return cv::Point(static_cast<int>(std::lround(p.x * (1 << kShift))), static_cast<int>(std::lround(p.y * (1 << kShift))));
+    return cv::Point(static_cast<int>(std::lround(p.x * (1 << kShift))),
+                     static_cast<int>(std::lround(p.y * (1 << kShift))));
   };
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(trajectory.size());
     const cv::Scalar colour(0, 190 * (1 - share), 40 + 215 * share);
-    cv::line(picture, pixel(trajectory[i - 1]), pixel(trajectory[i]), colour, 2, cv::LINE_AA, kShift);
+    cv::line(picture, pixel(trajectory[i - 1]), pixel(trajectory[i]), colour, 2, cv::LINE_AA,
+             kShift);
   }
 }
 
 void DrawScaleBar(const View& view, cv::Mat& picture) {
   const double length = ScaleBarLength(view);
   const cv::Point begin(kMargin / 2, picture.rows - kMargin / 2);
-  const cv::Point end(begin.x + static_cast<int>(std::lround(length * view.pixels_per_metre)), begin.y);
+  const cv::Point end(begin.x + static_cast<int>(std::lround(length * view.pixels_per_metre)),
+                      begin.y);
   cv::line(picture, begin, end, cv::Scalar::all(0), 3);
-  cv::putText(picture, fmt::format("{:g} m", length), begin + cv::Point(0, -8), cv::FONT_HERSHEY_SIMPLEX, 0.6,
-              cv::Scalar::all(0), 1, cv::LINE_AA);
+  cv::putText(picture, fmt::format("{:g} m", length), begin + cv::Point(0, -8),
+              cv::FONT_HERSHEY_SIMPLEX, 0.6, cv::Scalar::all(0), 1, cv::LINE_AA);
 }
 
 }  // namespace
 
-MapPicture::MapPicture(Trajectory trajectory, double cell) : trajectory_(std::move(trajectory)), cell_(cell) {
+MapPicture::MapPicture(Trajectory trajectory, double cell)
+    : trajectory_(std::move(trajectory)), cell_(cell) {
   MLVI_CHECK(cell > 0.0, "cell {}", cell);
 }
 
@@ -119,7 +131,9 @@ Expected<void> MapPicture::Save(const std::string& path, int size) const {
     view.high = view.high.cwiseMax(pose.pose.translation().head<2>());
   }
   if (!view.low.allFinite() || !view.high.allFinite()) {
-    return MakeError(ErrorKind::kInput, "no picture '{}': neither points nor poses, or poses that are not finite", path);
+    return MakeError(ErrorKind::kInput,
+                     "no picture '{}': neither points nor poses, or poses that are not finite",
+                     path);
   }
   view.Fit(size);
   cv::Mat density(view.Height(), view.Width(), CV_32F, cv::Scalar(0));
@@ -127,15 +141,18 @@ Expected<void> MapPicture::Save(const std::string& path, int size) const {
     // Integers below 2^24: the order of the unordered cells does not matter.
     const cv::Rect pixels =
         CellPixels(Unpack(key) * cell_, cell_, view) & cv::Rect(0, 0, density.cols, density.rows);
-    if (!pixels.empty()) density(pixels) += static_cast<double>(count);  // the outermost points lie outside
+    if (!pixels.empty())
+      density(pixels) += static_cast<double>(count);  // the outermost points lie outside
   }
   Image image{.width = density.cols, .height = density.rows, .channels = 3};
   image.pixels.resize(3 * density.total());
   cv::Mat picture(density.size(), CV_8UC3, image.pixels.data());
   for (int row = 0; row < density.rows; ++row) {
     for (int column = 0; column < density.cols; ++column) {
-      const float shade = std::min(1.0F, std::log1p(density.at<float>(row, column)) / std::log(40.0F));
-      picture.at<cv::Vec3b>(row, column) = cv::Vec3b::all(static_cast<std::uint8_t>(255.0F - 215.0F * shade));
+      const float shade =
+          std::min(1.0F, std::log1p(density.at<float>(row, column)) / std::log(40.0F));
+      picture.at<cv::Vec3b>(row, column) =
+          cv::Vec3b::all(static_cast<std::uint8_t>(255.0F - 215.0F * shade));
     }
   }
   DrawTrajectory(trajectory_, view, picture);

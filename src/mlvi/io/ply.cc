@@ -14,7 +14,8 @@ namespace mlvi {
 namespace {
 
 constexpr ErrorKind kKind = ErrorKind::kInput;
-// Digits of the count that Close() fills in; leading blanks are allowed by every reader that splits on blanks.
+// Digits of the count that Close() fills in; leading blanks are allowed by every reader that splits
+// on blanks.
 constexpr int kCountWidth = 12;
 
 struct Property {
@@ -42,24 +43,28 @@ std::size_t SizeOfType(const std::string& type) {
 Expected<Header> ReadHeader(std::ifstream& file, const std::string& path) {
   Header header;
   std::string line, element;
-  if (!std::getline(file, line) || !line.starts_with("ply")) return MakeError(kKind, "'{}' is no PLY file", path);
+  if (!std::getline(file, line) || !line.starts_with("ply"))
+    return MakeError(kKind, "'{}' is no PLY file", path);
   while (std::getline(file, line)) {
     std::istringstream words(line);
     std::string keyword, type, name;
     words >> keyword >> type >> name;
     if (keyword == "end_header") return header;
     if (keyword == "format" && type != "binary_little_endian") {
-      return MakeError(kKind, "'{}' has PLY format '{}'; binary_little_endian is supported", path, type);
+      return MakeError(kKind, "'{}' has PLY format '{}'; binary_little_endian is supported", path,
+                       type);
     }
     if (keyword == "element") element = type;
-    if (keyword == "element" && element == "vertex") header.vertices = std::strtoull(name.c_str(), nullptr, 10);
+    if (keyword == "element" && element == "vertex")
+      header.vertices = std::strtoull(name.c_str(), nullptr, 10);
     if (keyword != "property" || element != "vertex") continue;
     const Property property{.name = name,
                             .size = SizeOfType(type),
                             .is_double = SizeOfType(type) == 8,
                             .is_float = type.starts_with("float") || type == "double",
                             .offset = header.vertex_size};
-    if (property.size == 0) return MakeError(kKind, "'{}': vertex property type '{}' is not supported", path, type);
+    if (property.size == 0)
+      return MakeError(kKind, "'{}': vertex property type '{}' is not supported", path, type);
     header.vertex_size += property.size;
     header.properties.push_back(property);
   }
@@ -86,7 +91,8 @@ float Value(const char* vertex, const Property* property) {
 
 }  // namespace
 
-Expected<PlyWriter> PlyWriter::Create(const std::string& path, const std::string& comment, PlyFields fields) {
+Expected<PlyWriter> PlyWriter::Create(const std::string& path, const std::string& comment,
+                                      PlyFields fields) {
   std::ofstream file(path, std::ios::binary);
   file << "ply\nformat binary_little_endian 1.0\n";
   if (!comment.empty()) file << "comment " << comment << '\n';
@@ -94,13 +100,15 @@ Expected<PlyWriter> PlyWriter::Create(const std::string& path, const std::string
   const std::streamoff count_position = file.tellp();
   file << std::string(kCountWidth, ' ')
        << "\nproperty float x\nproperty float y\nproperty float z\n"
-       << (fields == PlyFields::kPositionsAndIntensities ? "property float intensity\n" : "") << "end_header\n";
+       << (fields == PlyFields::kPositionsAndIntensities ? "property float intensity\n" : "")
+       << "end_header\n";
   if (!file) return CannotWrite(path);
   return PlyWriter(path, std::move(file), count_position, fields);
 }
 
 void PlyWriter::Write(const PlyPoint& point) {
-  const float values[4] = {point.position.x(), point.position.y(), point.position.z(), point.intensity};
+  const float values[4] = {point.position.x(), point.position.y(), point.position.z(),
+                           point.intensity};
   file_.write(reinterpret_cast<const char*>(values), fields_ == PlyFields::kPositions ? 12 : 16);
   ++count_;
 }
@@ -113,7 +121,8 @@ Expected<void> PlyWriter::Close() {
   return {};
 }
 
-Expected<void> WritePly(const std::vector<PlyPoint>& points, const std::string& path, const std::string& comment) {
+Expected<void> WritePly(const std::vector<PlyPoint>& points, const std::string& path,
+                        const std::string& comment) {
   auto writer = PlyWriter::Create(path, comment);
   if (!writer) return tl::unexpected(writer.error());
   for (const PlyPoint& point : points) writer->Write(point);
@@ -126,12 +135,14 @@ Expected<std::vector<PlyPoint>> ReadPly(const std::string& path) {
   const auto header = ReadHeader(file, path);
   if (!header) return tl::unexpected(header.error());
   const Property *x = Find(*header, "x"), *y = Find(*header, "y"), *z = Find(*header, "z");
-  if (!x || !y || !z) return MakeError(kKind, "'{}': vertices have no float properties x, y, z", path);
+  if (!x || !y || !z)
+    return MakeError(kKind, "'{}': vertices have no float properties x, y, z", path);
   std::error_code ignored;
-  const std::uint64_t available = std::filesystem::file_size(path, ignored) - static_cast<std::uint64_t>(file.tellg());
+  const std::uint64_t available =
+      std::filesystem::file_size(path, ignored) - static_cast<std::uint64_t>(file.tellg());
   if (header->vertices > available / header->vertex_size) {
-    return MakeError(kKind, "'{}': {} vertices of {} bytes announced, but only {} bytes follow", path, header->vertices,
-                     header->vertex_size, available);
+    return MakeError(kKind, "'{}': {} vertices of {} bytes announced, but only {} bytes follow",
+                     path, header->vertices, header->vertex_size, available);
   }
   const Property* intensity = Find(*header, "intensity");
   std::vector<PlyPoint> points(header->vertices);

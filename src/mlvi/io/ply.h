@@ -20,8 +20,8 @@ struct PlyPoint {
 
 enum class PlyFields { kPositions, kPositionsAndIntensities };
 
-// Writes a point cloud as binary little-endian PLY (float x, y, z, intensity), point by point: a map need not be in
-// memory as a whole. The number of points is filled in by Close().
+// Writes a point cloud as binary little-endian PLY (float x, y, z, intensity), point by point: a
+// map need not be in memory as a whole. The number of points is filled in by Close().
 class PlyWriter {
  public:
   // `comment` goes into the header; say which frame the points are in.
@@ -35,7 +35,10 @@ class PlyWriter {
 
  private:
   PlyWriter(std::string path, std::ofstream file, std::streamoff count_position, PlyFields fields)
-      : path_(std::move(path)), file_(std::move(file)), count_position_(count_position), fields_(fields) {}
+      : path_(std::move(path)),
+        file_(std::move(file)),
+        count_position_(count_position),
+        fields_(fields) {}
 
   std::string path_;
   std::ofstream file_;
@@ -44,9 +47,10 @@ class PlyWriter {
   std::uint64_t count_ = 0;
 };
 
-Expected<void> WritePly(const std::vector<PlyPoint>& points, const std::string& path, const std::string& comment = "");
-// Reads the vertices of a binary little-endian PLY whose properties are scalars, x, y, z among them (float or double);
-// intensity when there. Errors (kInput) tell what the header says instead.
+Expected<void> WritePly(const std::vector<PlyPoint>& points, const std::string& path,
+                        const std::string& comment = "");
+// Reads the vertices of a binary little-endian PLY whose properties are scalars, x, y, z among them
+// (float or double); intensity when there. Errors (kInput) tell what the header says instead.
 Expected<std::vector<PlyPoint>> ReadPly(const std::string& path);
 
 }  // namespace mlvi

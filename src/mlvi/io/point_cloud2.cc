@@ -12,10 +12,13 @@ namespace {
 constexpr ErrorKind kKind = ErrorKind::kInput;
 
 // Names that drivers use, in order of preference.
-// Ouster: t. Velodyne: time. Hesai, Robosense: timestamp. Livox as PointCloud2: offset_time or timestamp.
-constexpr std::initializer_list<const char*> kTimeNames = {"t", "time", "timestamp", "offset_time", "time_stamp"};
+// Ouster: t. Velodyne: time. Hesai, Robosense: timestamp. Livox as PointCloud2: offset_time or
+// timestamp.
+constexpr std::initializer_list<const char*> kTimeNames = {"t", "time", "timestamp", "offset_time",
+                                                           "time_stamp"};
 constexpr std::initializer_list<const char*> kRingNames = {"ring", "line", "channel", "laser_id"};
-constexpr std::initializer_list<const char*> kIntensityNames = {"intensity", "reflectivity", "signal"};
+constexpr std::initializer_list<const char*> kIntensityNames = {"intensity", "reflectivity",
+                                                                "signal"};
 
 template <typename T>
 double Load(const std::uint8_t* bytes) {
@@ -28,28 +31,21 @@ double Load(const std::uint8_t* bytes) {
 class FieldReader {
  public:
   FieldReader() = default;
-  explicit FieldReader(const PointField& field) : offset_(field.offset), datatype_(field.datatype) {}
+  explicit FieldReader(const PointField& field)
+      : offset_(field.offset), datatype_(field.datatype) {}
 
   bool present() const { return datatype_ != PointDatatype{0}; }
   double operator()(const std::uint8_t* point) const {
     const std::uint8_t* bytes = point + offset_;
     switch (datatype_) {
-      case PointDatatype::kFloat32:
-        return Load<float>(bytes);
-      case PointDatatype::kFloat64:
-        return Load<double>(bytes);
-      case PointDatatype::kUint8:
-        return Load<std::uint8_t>(bytes);
-      case PointDatatype::kUint16:
-        return Load<std::uint16_t>(bytes);
-      case PointDatatype::kUint32:
-        return Load<std::uint32_t>(bytes);
-      case PointDatatype::kInt8:
-        return Load<std::int8_t>(bytes);
-      case PointDatatype::kInt16:
-        return Load<std::int16_t>(bytes);
-      case PointDatatype::kInt32:
-        return Load<std::int32_t>(bytes);
+      case PointDatatype::kFloat32: return Load<float>(bytes);
+      case PointDatatype::kFloat64: return Load<double>(bytes);
+      case PointDatatype::kUint8: return Load<std::uint8_t>(bytes);
+      case PointDatatype::kUint16: return Load<std::uint16_t>(bytes);
+      case PointDatatype::kUint32: return Load<std::uint32_t>(bytes);
+      case PointDatatype::kInt8: return Load<std::int8_t>(bytes);
+      case PointDatatype::kInt16: return Load<std::int16_t>(bytes);
+      case PointDatatype::kInt32: return Load<std::int32_t>(bytes);
     }
     return 0.0;  // absent
   }
@@ -78,8 +74,11 @@ bool IsFloat(const PointField& field) {
 Expected<void> CheckField(const PointCloud2View& cloud, const PointField& field) {
   const std::size_t size = SizeOf(field.datatype);
   if (size != 0 && field.count >= 1 && field.offset + size <= cloud.point_step) return {};
-  return MakeError(kKind, "PointCloud2 field '{}' ({} at offset {}) does not fit into points of {} bytes; fields are: {}",
-                   field.name, NameOf(field.datatype), field.offset, cloud.point_step, cloud.FieldList());
+  return MakeError(kKind,
+                   "PointCloud2 field '{}' ({} at offset {}) does not fit into points of {} bytes; "
+                   "fields are: {}",
+                   field.name, NameOf(field.datatype), field.offset, cloud.point_step,
+                   cloud.FieldList());
 }
 
 Expected<Layout> BindLayout(const PointCloud2View& cloud, bool read_times) {
@@ -92,12 +91,17 @@ Expected<Layout> BindLayout(const PointCloud2View& cloud, bool read_times) {
   };
   const PointField *x = cloud.Find("x"), *y = cloud.Find("y"), *z = cloud.Find("z");
   if (!x || !y || !z || !IsFloat(*x) || !IsFloat(*y) || !IsFloat(*z)) {
-    return MakeError(kKind, "PointCloud2 without float fields x, y, z; its fields are: {}. Is this the topic of the "
-                            "LiDAR's points (rig field lidar.topic)?", cloud.fields.empty() ? "none" : cloud.FieldList());
+    return MakeError(
+        kKind,
+        "PointCloud2 without float fields x, y, z; its fields are: {}. Is this the topic of the "
+        "LiDAR's points (rig field lidar.topic)?",
+        cloud.fields.empty() ? "none" : cloud.FieldList());
   }
   const PointField* time = read_times ? FindAny(cloud, kTimeNames) : nullptr;
-  const PointField* fields[] = {x, y, z, time, FindAny(cloud, kRingNames), FindAny(cloud, kIntensityNames)};
-  FieldReader* readers[] = {&layout.x, &layout.y, &layout.z, &layout.time, &layout.ring, &layout.intensity};
+  const PointField* fields[] = {
+      x, y, z, time, FindAny(cloud, kRingNames), FindAny(cloud, kIntensityNames)};
+  FieldReader* readers[] = {&layout.x,    &layout.y,    &layout.z,
+                            &layout.time, &layout.ring, &layout.intensity};
   for (std::size_t i = 0; i < std::size(fields); ++i) {
     if (auto bound = bind(fields[i], *readers[i]); !bound) return tl::unexpected(bound.error());
   }
@@ -105,12 +109,15 @@ Expected<Layout> BindLayout(const PointCloud2View& cloud, bool read_times) {
   return layout;
 }
 
-// Which dimension of an organised cloud counts the lasers: the one of that size, else the smaller one (drivers differ).
+// Which dimension of an organised cloud counts the lasers: the one of that size, else the smaller
+// one (drivers differ).
 enum class Organisation { kNone, kRowsAreRings, kColumnsAreRings };
 Organisation OrganisationOf(const PointCloud2View& cloud, int rings) {
   if (cloud.height <= 1 || cloud.width <= 1) return Organisation::kNone;
-  if (rings > 0 && cloud.height == static_cast<std::uint32_t>(rings)) return Organisation::kRowsAreRings;
-  if (rings > 0 && cloud.width == static_cast<std::uint32_t>(rings)) return Organisation::kColumnsAreRings;
+  if (rings > 0 && cloud.height == static_cast<std::uint32_t>(rings))
+    return Organisation::kRowsAreRings;
+  if (rings > 0 && cloud.width == static_cast<std::uint32_t>(rings))
+    return Organisation::kColumnsAreRings;
   if (rings > 0) return Organisation::kNone;
   return cloud.height <= cloud.width ? Organisation::kRowsAreRings : Organisation::kColumnsAreRings;
 }
@@ -149,8 +156,10 @@ void PointSink::FlushCounts() {
 
 Expected<RawSweep> ExtractPoints(const PointCloud2View& cloud, const PointFilter& filter) {
   if (cloud.big_endian) {
-    return MakeError(kKind, "PointCloud2 with is_bigendian = true: big-endian clouds are not supported; fields are: {}",
-                     cloud.FieldList());
+    return MakeError(
+        kKind,
+        "PointCloud2 with is_bigendian = true: big-endian clouds are not supported; fields are: {}",
+        cloud.FieldList());
   }
   const auto layout = BindLayout(cloud, filter.read_times);
   if (!layout) return tl::unexpected(layout.error());
@@ -171,9 +180,11 @@ Expected<RawSweep> ExtractPoints(const PointCloud2View& cloud, const PointFilter
     for (std::uint32_t column = 0; column < cloud.width; ++column, bytes += cloud.point_step) {
       const bool rows_are_rings = organisation != Organisation::kColumnsAreRings;
       LidarPoint point;
-      point.position = Eigen::Vector3d(layout->x(bytes), layout->y(bytes), layout->z(bytes)).cast<float>();
+      point.position =
+          Eigen::Vector3d(layout->x(bytes), layout->y(bytes), layout->z(bytes)).cast<float>();
       point.intensity = static_cast<float>(layout->intensity(bytes));
-      const double ring = layout->ring.present() ? layout->ring(bytes) : (rows_are_rings ? row : column);
+      const double ring =
+          layout->ring.present() ? layout->ring(bytes) : (rows_are_rings ? row : column);
       point.ring = static_cast<std::uint16_t>(std::clamp(ring, 0.0, 65535.0));
       if (sink.Add(point, layout->time(bytes)) && organisation != Organisation::kNone) {
         sweep.columns.push_back(rows_are_rings ? column : row);

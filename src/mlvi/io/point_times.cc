@@ -33,8 +33,8 @@ Extent ExtentOf(const std::vector<double>& raw, const std::vector<bool>& outlier
   return extent;
 }
 
-// The unit in which the times are on the clock of the header's stamp, if they are. The middle one of three samples
-// decides, so that a single stale point does not.
+// The unit in which the times are on the clock of the header's stamp, if they are. The middle one
+// of three samples decides, so that a single stale point does not.
 std::optional<TimeUnit> UnitOfAbsolute(const std::vector<double>& times, Time header_stamp) {
   const double header = header_stamp.seconds();
   if (header < 1e6) return std::nullopt;  // a clock near zero cannot be told from offsets
@@ -57,7 +57,8 @@ double RobustSpan(const std::vector<double>& raw) {
   return sorted[sorted.size() - 1 - static_cast<std::size_t>(tail)] - low;
 }
 
-// Points farther than one period from the median time. A few of them are bit errors or stale points; many are none.
+// Points farther than one period from the median time. A few of them are bit errors or stale
+// points; many are none.
 std::vector<bool> FindOutliers(const std::vector<double>& raw, double period_raw) {
   std::vector<double> sorted = raw;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
@@ -70,14 +71,16 @@ std::vector<bool> FindOutliers(const std::vector<double>& raw, double period_raw
   return outlier;
 }
 
-void SetOrigin(const Extent& extent, bool absolute, Time header, Duration period, PointTimes& times) {
+void SetOrigin(const Extent& extent, bool absolute, Time header, Duration period,
+               PointTimes& times) {
   const double unit = SecondsPer(times.unit);
   const double first = extent.min * unit, last = extent.max * unit, near = 2.0 * period.seconds();
   if (absolute) {
     times.origin = TimeOrigin::kAbsolute;
     // Whole units and the rest apart: a product near 1.6e18 would be rounded to 256 ns.
     const double whole = std::floor(extent.min), ns_per_unit = std::round(unit * 1e9);
-    times.stamp = Time::FromNanoseconds(static_cast<std::int64_t>(whole) * static_cast<std::int64_t>(ns_per_unit) +
+    times.stamp = Time::FromNanoseconds(static_cast<std::int64_t>(whole) *
+                                            static_cast<std::int64_t>(ns_per_unit) +
                                         std::llround((extent.min - whole) * ns_per_unit));
   } else if (std::abs(first) <= near && std::abs(last) <= near) {
     const bool from_end = first < -0.3 * period.seconds() && last < 0.3 * period.seconds();
@@ -139,9 +142,11 @@ std::optional<PointTimes> PointTimer::Interpret(const std::vector<double>& raw, 
   times.offsets.resize(raw.size());
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const bool drop = !outlier.empty() && outlier[i];
-    times.offsets[i] = drop ? -1 : static_cast<std::int32_t>(std::llround((raw[i] - extent.min) * (unit * 1e9)));
+    times.offsets[i] =
+        drop ? -1 : static_cast<std::int32_t>(std::llround((raw[i] - extent.min) * (unit * 1e9)));
   }
-  times.span = Duration::FromNanoseconds(*std::max_element(times.offsets.begin(), times.offsets.end()));
+  times.span =
+      Duration::FromNanoseconds(*std::max_element(times.offsets.begin(), times.offsets.end()));
   return times;
 }
 
@@ -155,7 +160,9 @@ double DisorderOfTimes(const std::vector<double>& raw, const std::vector<std::ui
     before = raw[i];
   }
   const std::int64_t steps = forwards + backwards;
-  return steps == 0 ? 0.0 : static_cast<double>(std::min(forwards, backwards)) / static_cast<double>(steps);
+  return steps == 0
+             ? 0.0
+             : static_cast<double>(std::min(forwards, backwards)) / static_cast<double>(steps);
 }
 
 }  // namespace mlvi

@@ -12,10 +12,12 @@ namespace mlvi {
 
 enum class BagCompression : int { kNone = 0, kBz2 = 1, kLz4 = 2 };
 
-// Writes serialised messages to a ROS 1 bag, through rosbag_storage. Errors are those of CannotWrite (whole_file.h).
+// Writes serialised messages to a ROS 1 bag, through rosbag_storage. Errors are those of
+// CannotWrite (whole_file.h).
 class RawBagWriter {
  public:
-  static Expected<std::unique_ptr<RawBagWriter>> Create(const std::string& path, BagCompression compression);
+  static Expected<std::unique_ptr<RawBagWriter>> Create(const std::string& path,
+                                                        BagCompression compression);
   ~RawBagWriter();
   RawBagWriter(const RawBagWriter&) = delete;
   RawBagWriter& operator=(const RawBagWriter&) = delete;

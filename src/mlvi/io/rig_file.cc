@@ -81,14 +81,17 @@ Rig ReadRig(YamlSection& root) {
 
 void AppendImu(const ImuSpec& imu, std::string& yaml) {
   yaml += fmt::format(
-      "imu:\n  topic: {}\n  rate_hz: {}\n  noise:\n    accelerometer_density: {}  # m/s^2/sqrt(Hz)\n"
-      "    gyroscope_density: {}  # rad/s/sqrt(Hz)\n    accelerometer_random_walk: {}  # m/s^3/sqrt(Hz)\n"
+      "imu:\n  topic: {}\n  rate_hz: {}\n  noise:\n    accelerometer_density: {}  # "
+      "m/s^2/sqrt(Hz)\n"
+      "    gyroscope_density: {}  # rad/s/sqrt(Hz)\n    accelerometer_random_walk: {}  # "
+      "m/s^3/sqrt(Hz)\n"
       "    gyroscope_random_walk: {}  # rad/s^2/sqrt(Hz)\n",
       QuoteYaml(imu.topic), imu.rate_hz, imu.noise.accelerometer_density,
       imu.noise.gyroscope_density, imu.noise.accelerometer_random_walk,
       imu.noise.gyroscope_random_walk);
   yaml += fmt::format(
-      "  initial_accelerometer_bias_sigma: {}  # m/s^2\n  initial_gyroscope_bias_sigma: {}  # rad/s\n"
+      "  initial_accelerometer_bias_sigma: {}  # m/s^2\n  initial_gyroscope_bias_sigma: {}  # "
+      "rad/s\n"
       "  accelerometer_saturation: {}  # m/s^2\n  gyroscope_saturation: {}  # rad/s\n"
       "  acceleration_unit: {}\n  time_offset_s: {}\n",
       imu.initial_accelerometer_bias_sigma, imu.initial_gyroscope_bias_sigma,
@@ -100,7 +103,8 @@ void AppendImu(const ImuSpec& imu, std::string& yaml) {
 void AppendLidar(const LidarSpec& lidar, std::string& yaml) {
   yaml += fmt::format(
       "lidar:\n  topic: {}\n  model: {}\n  T_body_lidar: {}\n  rings: {}\n  rate_hz: {}\n"
-      "  min_range: {}  # m\n  max_range: {}  # m\n  range_noise: {}  # m\n  beam_noise: {}  # rad\n"
+      "  min_range: {}  # m\n  max_range: {}  # m\n  range_noise: {}  # m\n  beam_noise: {}  # "
+      "rad\n"
       "  point_timing: {}\n  time_offset_s: {}\n",
       QuoteYaml(lidar.topic), QuoteYaml(lidar.model), PoseYaml(lidar.T_body_lidar), lidar.rings,
       lidar.rate_hz, lidar.min_range, lidar.max_range, lidar.range_noise, lidar.beam_noise,
@@ -119,9 +123,11 @@ Expected<std::shared_ptr<const Image>> LoadMask(const std::string& path) {
   const auto bytes = ReadWholeFile(path, ErrorKind::kConfiguration);
   if (!bytes) return tl::unexpected(bytes.error());
   auto mask = DecodeCompressedImage(
-      {.encoding = "mask", .data = ByteSpan(reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size())});
+      {.encoding = "mask",
+       .data = ByteSpan(reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size())});
   if (!mask) {
-    return MakeError(ErrorKind::kConfiguration, "mask file '{}' is no image that can be read (PNG, JPEG, PGM)", path);
+    return MakeError(ErrorKind::kConfiguration,
+                     "mask file '{}' is no image that can be read (PNG, JPEG, PGM)", path);
   }
   return std::make_shared<const Image>(std::move(*mask));
 }
@@ -136,10 +142,13 @@ Expected<Rig> LoadRigFile(const std::string& path) {
     if (camera.mask_file.empty()) continue;
     camera.mask_file = (folder / camera.mask_file).string();
     auto mask = LoadMask(camera.mask_file);
-    if (!mask) return MakeError(mask.error().kind, "{}: mask of {}: {}", path, camera.name, mask.error().message);
+    if (!mask)
+      return MakeError(mask.error().kind, "{}: mask of {}: {}", path, camera.name,
+                       mask.error().message);
     camera.mask = *mask;
   }
-  if (auto valid = rig->Validate(); !valid) return MakeError(valid.error().kind, "{}: {}", path, valid.error().message);
+  if (auto valid = rig->Validate(); !valid)
+    return MakeError(valid.error().kind, "{}: {}", path, valid.error().message);
   return rig;
 }
 
@@ -161,14 +170,16 @@ Expected<Rig> ParseRig(const std::string& yaml, const std::string& origin) {
 Expected<Rig> LoadRig(const std::string& name_or_path) {
   std::error_code ignored;
   const bool is_folder = std::filesystem::is_directory(name_or_path, ignored);
-  if (!is_folder && std::filesystem::exists(name_or_path, ignored)) return LoadRigFile(name_or_path);
+  if (!is_folder && std::filesystem::exists(name_or_path, ignored))
+    return LoadRigFile(name_or_path);
   if (const internal::BuiltinRig* rig = FindBuiltin(name_or_path)) {
     return ParseRig(std::string(rig->yaml), fmt::format("built-in rig {}", rig->name));
   }
   if (is_folder) return LoadRigFile(name_or_path);  // which says so
   return MakeError(ErrorKind::kConfiguration,
-                   "rig '{}': no such file, and no built-in rig of that name (there are {}){}", name_or_path,
-                   fmt::join(BuiltinRigNames(), ", "), DidYouMean(name_or_path, BuiltinRigNames()));
+                   "rig '{}': no such file, and no built-in rig of that name (there are {}){}",
+                   name_or_path, fmt::join(BuiltinRigNames(), ", "),
+                   DidYouMean(name_or_path, BuiltinRigNames()));
 }
 
 std::vector<std::string> BuiltinRigNames() {
@@ -178,7 +189,8 @@ std::vector<std::string> BuiltinRigNames() {
 }
 
 std::string RigToYaml(const Rig& rig) {
-  std::string yaml = fmt::format("name: {}\ngravity: {}  # m/s^2\n", QuoteYaml(rig.name), rig.gravity);
+  std::string yaml =
+      fmt::format("name: {}\ngravity: {}  # m/s^2\n", QuoteYaml(rig.name), rig.gravity);
   AppendImu(rig.imu, yaml);
   if (rig.lidar) AppendLidar(*rig.lidar, yaml);
   if (!rig.cameras.empty()) yaml += "cameras:\n";
@@ -196,7 +208,8 @@ Expected<void> SaveRig(const Rig& rig, const std::string& path) {
   for (CameraSpec& camera : saved.cameras) {
     if (!camera.mask) continue;
     // Read from there by this process; a rig file names it from its own folder.
-    camera.mask_file = fs::proximate(fs::absolute(camera.mask_file), fs::absolute(path).parent_path()).string();
+    camera.mask_file =
+        fs::proximate(fs::absolute(camera.mask_file), fs::absolute(path).parent_path()).string();
   }
   return WriteWholeFile(path, RigToYaml(saved));
 }

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Rig files (YAML). One schema, strict: unknown keys, missing fields and impossible values are errors that name file,
-// line and field. Transforms T_a_b map b to a and are written as {t: [x, y, z], q_xyzw: [..]}, {t: [..], R: [9 numbers,
-// row by row]} or 16 numbers row by row. All keys, with those that may be left out in brackets:
+// Rig files (YAML). One schema, strict: unknown keys, missing fields and impossible values are
+// errors that name file, line and field. Transforms T_a_b map b to a and are written as {t: [x, y,
+// z], q_xyzw: [..]}, {t: [..], R: [9 numbers, row by row]} or 16 numbers row by row. All keys, with
+// those that may be left out in brackets:
 //
 //   name: newer_college
 //   [gravity: 9.81]                      m/s^2
@@ -26,10 +27,12 @@
 
 namespace mlvi {
 
-// Reads and validates a rig, without its masks. `origin` names the document in messages. Errors are of kind kConfiguration.
+// Reads and validates a rig, without its masks. `origin` names the document in messages. Errors are
+// of kind kConfiguration.
 Expected<Rig> ParseRig(const std::string& yaml, const std::string& origin);
-// The rig of a file, or a built-in one by its name ("newer_college"). A path wins over a name. Masks are
-// read, too (images, zero = do not use); relative mask files are relative to the rig file.
+// The rig of a file, or a built-in one by its name ("newer_college"). A path wins over a name.
+// Masks are read, too (images, zero = do not use); relative mask files are relative to the rig
+// file.
 Expected<Rig> LoadRig(const std::string& name_or_path);
 // Names of the rigs compiled in (config/rigs/*.yaml), sorted.
 std::vector<std::string> BuiltinRigNames();

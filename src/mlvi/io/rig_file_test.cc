@@ -53,7 +53,8 @@ std::string ErrorOf(const std::string& yaml) {
 
 void ExpectSamePose(const Pose3& a, const Pose3& b) {
   EXPECT_LT((a.translation() - b.translation()).norm(), 1e-15);
-  EXPECT_LT(a.rotation().angularDistance(b.rotation()), 1e-7);  // acos near 1 loses half of the digits
+  // The arc cosine near 1 loses half of the digits.
+  EXPECT_LT(a.rotation().angularDistance(b.rotation()), 1e-7);
   EXPECT_LT((a.R() - b.R()).cwiseAbs().maxCoeff(), 1e-14);
 }
 
@@ -117,18 +118,22 @@ TEST(RigFile, ReadsAllFields) {
 }
 
 TEST(RigFile, ErrorsNameFileLineAndField) {
-  EXPECT_THAT(ErrorOf(With("rate_hz: 200", "rate_hertz: 200")), HasSubstr("missing field 'imu.rate_hz'"));
+  EXPECT_THAT(ErrorOf(With("rate_hz: 200", "rate_hertz: 200")),
+              HasSubstr("missing field 'imu.rate_hz'"));
   EXPECT_THAT(ErrorOf(With("name: small", "name: small\ngravty: 9.8")),
               HasSubstr("small.yaml:3: unknown key 'gravty'; did you mean 'gravity'?"));
   EXPECT_THAT(ErrorOf(With("R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "R: [0, -1, 0, 1, 0, 0, 0, 0, -1]")),
               HasSubstr("lidar.T_body_lidar.R: determinant -1.0000"));
   EXPECT_THAT(ErrorOf(With("R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "R: [0, -1, 0, 1, 0, 0, 0, 0]")),
               HasSubstr("expected a list of 9 finite numbers, found 8"));
-  EXPECT_THAT(ErrorOf(With("R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "q_xyzw: [0, 0, 0, 2]")), HasSubstr("norm 2 is not 1"));
+  EXPECT_THAT(ErrorOf(With("R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "q_xyzw: [0, 0, 0, 2]")),
+              HasSubstr("norm 2 is not 1"));
   EXPECT_THAT(ErrorOf(With(", R: [0, -1, 0, 1, 0, 0, 0, 0, 1]", "")), HasSubstr("give either R"));
-  EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: ten")), HasSubstr("lidar.rate_hz: expected a number"));
+  EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: ten")),
+              HasSubstr("lidar.rate_hz: expected a number"));
   EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: .nan")), HasSubstr("must be finite"));
-  EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: -10")), HasSubstr("lidar.rate_hz = -10: must be in"));
+  EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: -10")),
+              HasSubstr("lidar.rate_hz = -10: must be in"));
   EXPECT_THAT(ErrorOf(With("rate_hz: 10", "rate_hz: 10\n  point_timing: sometimes")),
               HasSubstr("expected one of auto, instantaneous"));
   EXPECT_THAT(ErrorOf(With("model: mei", "model: mai")), HasSubstr("did you mean 'mei'"));
@@ -140,14 +145,16 @@ TEST(RigFile, ErrorsNameFileLineAndField) {
 }
 
 TEST(RigFile, BuiltinRigsAreValidAndComeBackFromAFile) {
-  ASSERT_THAT(BuiltinRigNames(), ::testing::ElementsAre("euroc_os0", "hilti_2022", "m2dgr", "newer_college", "walk_os0"));
+  ASSERT_THAT(BuiltinRigNames(), ::testing::ElementsAre("euroc_os0", "hilti_2022", "m2dgr",
+                                                        "newer_college", "walk_os0"));
   for (const std::string& name : BuiltinRigNames()) {
     SCOPED_TRACE(name);
     const auto rig = LoadRig(name);
     ASSERT_TRUE(rig) << rig.error().message;
     EXPECT_EQ(rig->name, name);
     // The shipped file and the compiled-in text are one.
-    const auto from_source = LoadRig(std::string(MLVI_SOURCE_DIR) + "/config/rigs/" + name + ".yaml");
+    const auto from_source =
+        LoadRig(std::string(MLVI_SOURCE_DIR) + "/config/rigs/" + name + ".yaml");
     ASSERT_TRUE(from_source) << from_source.error().message;
     ExpectSameRig(*rig, *from_source);
     const std::string path = test::TemporaryPath(name + ".yaml");
@@ -246,16 +253,18 @@ TEST(RigFile, CamerasLookWhereTheDatasetsSay) {
   const auto axis = [](const Rig& rig, const std::string& name) {
     for (const CameraSpec& camera : rig.cameras) {
       if (camera.name == name) {
-        return Eigen::Vector3d(rig.lidar->T_body_lidar.inverse().rotation() * camera.T_body_camera.rotation() *
-                               Eigen::Vector3d::UnitZ());
+        return Eigen::Vector3d(rig.lidar->T_body_lidar.inverse().rotation() *
+                               camera.T_body_camera.rotation() * Eigen::Vector3d::UnitZ());
       }
     }
     ADD_FAILURE() << "no camera " << name;
     return Eigen::Vector3d::Zero().eval();
   };
-  const auto ncd = LoadRig("newer_college"), m2dgr = LoadRig("m2dgr"), hilti = LoadRig("hilti_2022");
+  const auto ncd = LoadRig("newer_college"), m2dgr = LoadRig("m2dgr"),
+             hilti = LoadRig("hilti_2022");
   ASSERT_TRUE(ncd && m2dgr && hilti);
-  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
+                        z = Eigen::Vector3d::UnitZ();
   EXPECT_GT(axis(*ncd, "cam0").dot(x), 0.99);
   EXPECT_GT(axis(*ncd, "cam3").dot(-y), 0.99);
   EXPECT_GT(axis(*ncd, "cam4").dot(y), 0.99);

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Images of several cameras from a bag: all that is sound arrives in order, all that is not is counted.
+// Images of several cameras from a bag: all that is sound arrives in order, all that is not is
+// counted.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,10 +17,10 @@
 namespace mlvi {
 namespace {
 
+using test::kStart;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using test::kStart;
 
 constexpr int kWidth = 24, kHeight = 16, kSets = 40;
 
@@ -33,15 +34,19 @@ class BagImages : public ::testing::Test {
       CameraSpec camera;
       camera.name = name;
       camera.topic = std::string("/") + name;
-      camera.model = *MakeCameraModel("equidistant", kWidth, kHeight, {20, 20, 12, 8}, {0, 0, 0, 0});
+      camera.model =
+          *MakeCameraModel("equidistant", kWidth, kHeight, {20, 20, 12, 8}, {0, 0, 0, 0});
       camera.time_offset = Duration::FromMilliseconds(2);
       rig_.cameras.push_back(camera);
     }
   }
 
   static Image Frame(int index, int width = kWidth) {
-    Image image{.stamp = kStart + Duration::FromMilliseconds(50) * index, .width = width, .height = kHeight};
-    image.pixels.assign(static_cast<std::size_t>(width * kHeight), static_cast<std::uint8_t>(40 + 4 * index));
+    Image image{.stamp = kStart + Duration::FromMilliseconds(50) * index,
+                .width = width,
+                .height = kHeight};
+    image.pixels.assign(static_cast<std::size_t>(width * kHeight),
+                        static_cast<std::uint8_t>(40 + 4 * index));
     return image;
   }
   static RosMessage Jpeg(const Image& image) {
@@ -50,8 +55,9 @@ class BagImages : public ::testing::Test {
     return CompressedImageMessage(image.stamp, "cam1", "mono8; jpeg compressed ", *bytes);
   }
   // `second`: cam1's message `index`.
-  void Write(const std::function<RosMessage(int)>& second = [](int i) { return Jpeg(Frame(i)); },
-             const std::string& second_topic = "/cam1") {
+  void Write(
+      const std::function<RosMessage(int)>& second = [](int i) { return Jpeg(Frame(i)); },
+      const std::string& second_topic = "/cam1") {
     auto writer = RawBagWriter::Create(path_, BagCompression::kNone);
     ASSERT_TRUE(writer);
     for (int i = 0; i < 10 * kSets; ++i) {
@@ -95,7 +101,9 @@ TEST_F(BagImages, ArriveInOrderWithTheirStampsAndCamerasAtAnyNumberOfThreads) {
 
 TEST_F(BagImages, UndecodableAndMissizedOnesAreCountedAndTheOtherCameraGoesOn) {
   Write([](int i) {
-    if (i % 4 == 1) return CompressedImageMessage(Frame(i).stamp, "cam1", "jpeg", std::vector<std::uint8_t>(60, 9));
+    if (i % 4 == 1)
+      return CompressedImageMessage(Frame(i).stamp, "cam1", "jpeg",
+                                    std::vector<std::uint8_t>(60, 9));
     return Jpeg(Frame(i, i % 4 == 3 ? kWidth / 2 : kWidth));
   });
   const test::Content content = ReadBoth();
@@ -106,7 +114,8 @@ TEST_F(BagImages, UndecodableAndMissizedOnesAreCountedAndTheOtherCameraGoesOn) {
   EXPECT_EQ(counts.delivered, kSets / 2);
   EXPECT_EQ(counts.dropped.at("unreadable message"), kSets / 4);
   EXPECT_EQ(counts.dropped.at("wrong size"), kSets / 4);
-  EXPECT_THAT(content.notes, Contains(HasSubstr("/cam1: unreadable message: compressed image of 60 bytes")));
+  EXPECT_THAT(content.notes,
+              Contains(HasSubstr("/cam1: unreadable message: compressed image of 60 bytes")));
 }
 
 TEST_F(BagImages, ACameraOfTheWrongSizeThroughoutIsNoEndOfTheRecording) {
@@ -114,9 +123,11 @@ TEST_F(BagImages, ACameraOfTheWrongSizeThroughoutIsNoEndOfTheRecording) {
   const test::Content content = ReadBoth();
   EXPECT_EQ(content.error, "");
   EXPECT_EQ(content.images.size(), static_cast<std::size_t>(kSets));
-  EXPECT_THAT(content.notes, Contains(HasSubstr("image of 12 x 16 px, camera cam1 of rig 'test' has 24 x 16")));
+  EXPECT_THAT(content.notes,
+              Contains(HasSubstr("image of 12 x 16 px, camera cam1 of rig 'test' has 24 x 16")));
   // On its own there is nothing left.
-  EXPECT_THAT(Read({.cameras = {"cam1"}}).error, HasSubstr("no message of topic '/cam1' can be read"));
+  EXPECT_THAT(Read({.cameras = {"cam1"}}).error,
+              HasSubstr("no message of topic '/cam1' can be read"));
 }
 
 TEST_F(BagImages, AreThinnedToTheSameInstantsOfAllCamerasBeforeTheyAreDecoded) {
@@ -131,7 +142,8 @@ TEST_F(BagImages, AreThinnedToTheSameInstantsOfAllCamerasBeforeTheyAreDecoded) {
 
 TEST_F(BagImages, ACameraThatTheBagDoesNotHoldIsAnErrorOnlyWhenItIsRequired) {
   Write([](int i) { return Jpeg(Frame(i)); }, "/camera_one");
-  const auto strict = RosBagSource::Open({path_}, rig_, {.use_lidar = false, .cameras = {"cam0", "cam1"}});
+  const auto strict =
+      RosBagSource::Open({path_}, rig_, {.use_lidar = false, .cameras = {"cam0", "cam1"}});
   ASSERT_FALSE(strict);
   EXPECT_THAT(strict.error().message, HasSubstr("camera topic '/cam1' of rig 'test' is not in"));
   const test::Content content = Read({.cameras = {"cam0", "cam1"}, .cameras_required = false});

@@ -17,9 +17,11 @@ namespace {
 
 constexpr ErrorKind kKind = ErrorKind::kInput;
 constexpr char kUnreadable[] = "unreadable message";
-// A stream of which the first messages are all unreadable will stay so: stop instead of reading to the end.
+// A stream of which the first messages are all unreadable will stay so: stop instead of reading to
+// the end.
 constexpr std::int64_t kHopelessMessages = 10;
-// Messages read ahead of the caller when there are images to decode: about two sets of six cameras and the IMU between.
+// Messages read ahead of the caller when there are images to decode: about two sets of six cameras
+// and the IMU between.
 constexpr std::size_t kReadAhead = 32;
 // Parts of one recording follow one another; a recorder's buffers may hold a little of both.
 constexpr double kLargestOverlap = 1.0;  // s
@@ -32,7 +34,8 @@ std::string TopicList(const TopicTypes& types) {
   return list.empty() ? " none" : list;
 }
 
-// Of the topics with messages of that sensor: the only one, or the one with the nearest name; else "".
+// Of the topics with messages of that sensor: the only one, or the one with the nearest name; else
+// "".
 std::string NearestTopic(const std::string& topic, const TopicTypes& types, auto&& fits) {
   std::vector<std::string> fitting;
   for (const auto& [name, type] : types) {
@@ -65,13 +68,15 @@ std::string ReasonList(const StreamCounts& counts) {
 
 }  // namespace
 
-RosBagSource::RosBagSource(std::vector<std::string> paths, const Rig& rig, const RosBagSourceOptions& options)
+RosBagSource::RosBagSource(std::vector<std::string> paths, const Rig& rig,
+                           const RosBagSourceOptions& options)
     : paths_(std::move(paths)),
       rig_(rig),
       options_(options),
       schedule_(options.max_image_rate, options.image_tolerance) {}
 
-Expected<std::unique_ptr<RosBagSource>> RosBagSource::Open(const std::vector<std::string>& paths, const Rig& rig,
+Expected<std::unique_ptr<RosBagSource>> RosBagSource::Open(const std::vector<std::string>& paths,
+                                                           const Rig& rig,
                                                            const RosBagSourceOptions& options) {
   MLVI_CHECK(!paths.empty(), "no bag given");
   std::unique_ptr<RosBagSource> source(new RosBagSource(paths, rig, options));
@@ -81,13 +86,16 @@ Expected<std::unique_ptr<RosBagSource>> RosBagSource::Open(const std::vector<std
 }
 
 Expected<void> RosBagSource::SelectStreams() {
-  const auto select = [this](Sensor sensor, const std::string& topic, std::string field, int camera = -1) {
-    streams_[topic] = {.sensor = sensor, .topic = topic, .rig_field = std::move(field), .camera = camera};
+  const auto select = [this](Sensor sensor, const std::string& topic, std::string field,
+                             int camera = -1) {
+    streams_[topic] = {
+        .sensor = sensor, .topic = topic, .rig_field = std::move(field), .camera = camera};
     counts_[topic];
   };
   select(Sensor::kImu, rig_.imu.topic, "imu.topic");
   if (options_.use_lidar && !rig_.lidar) {
-    return MakeError(ErrorKind::kConfiguration, "rig '{}' has no lidar; leave it out with --no-lidar", rig_.name);
+    return MakeError(ErrorKind::kConfiguration,
+                     "rig '{}' has no lidar; leave it out with --no-lidar", rig_.name);
   }
   if (options_.use_lidar) {
     select(Sensor::kLidar, rig_.lidar->topic, "lidar.topic");
@@ -117,7 +125,8 @@ Expected<void> RosBagSource::Inspect() {
     bytes_total_ += (*reader)->file_size();
     complete = complete && (*reader)->indexed();
     spans.push_back((*reader)->span());
-    for (const auto& [id, connection] : (*reader)->connections()) topics_[connection.topic] = connection.type;
+    for (const auto& [id, connection] : (*reader)->connections())
+      topics_[connection.topic] = connection.type;
   }
   if (auto ordered = PutInOrder(spans); !ordered) return ordered;
   imu_.emplace(rig_.imu, FirstSamples());
@@ -127,7 +136,8 @@ Expected<void> RosBagSource::Inspect() {
   return CheckTopics(topics_, complete);
 }
 
-Expected<void> RosBagSource::PutInOrder(const std::vector<std::optional<std::pair<Time, Time>>>& spans) {
+Expected<void> RosBagSource::PutInOrder(
+    const std::vector<std::optional<std::pair<Time, Time>>>& spans) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < spans.size(); ++i) {
     if (!spans[i]) return {};  // without all indices nobody knows
@@ -142,14 +152,17 @@ Expected<void> RosBagSource::PutInOrder(const std::vector<std::optional<std::pai
     const double overlap = (spans[order[i - 1]]->second - spans[order[i]]->first).seconds();
     if (overlap > kLargestOverlap) {
       return MakeError(ErrorKind::kConfiguration,
-                       "bags '{}' and '{}' overlap by {:.1f} s: several bags must be the parts of one recording, one "
-                       "after the other. Give each of them once; if they hold different topics of one time, merge them "
+                       "bags '{}' and '{}' overlap by {:.1f} s: several bags must be the parts of "
+                       "one recording, one "
+                       "after the other. Give each of them once; if they hold different topics of "
+                       "one time, merge them "
                        "into one bag first",
                        paths[i - 1], paths[i], overlap);
     }
   }
   if (paths != paths_) {
-    notes_.push_back(fmt::format("bags are read in the order of their times: {}", fmt::join(paths, ", ")));
+    notes_.push_back(
+        fmt::format("bags are read in the order of their times: {}", fmt::join(paths, ", ")));
     paths_ = paths;
   }
   return {};
@@ -181,12 +194,14 @@ Expected<void> RosBagSource::LeaveOutAbsentCameras(bool complete) {
     }
     streams_.erase(camera.topic);
     counts_.erase(camera.topic);
-    notes_.push_back(fmt::format("{}: topic '{}' is not in the recording; the camera is not used", camera.name,
-                                 camera.topic));
+    notes_.push_back(fmt::format("{}: topic '{}' is not in the recording; the camera is not used",
+                                 camera.name, camera.topic));
   }
   const bool none = present.empty() && !rig_.cameras.empty();
   if (none && !options_.use_lidar) {
-    return MakeError(kKind, "none of the topics of rig '{}' with images is in '{}', and there is no LiDAR to do without "
+    return MakeError(kKind,
+                     "none of the topics of rig '{}' with images is in '{}', and there is no LiDAR "
+                     "to do without "
                      "them: correct cameras[].topic in the rig file. Topics there:{}",
                      rig_.name, paths_.front(), TopicList(topics_));
   }
@@ -205,13 +220,17 @@ Expected<void> RosBagSource::CheckTopics(const TopicTypes& types, bool complete)
     if (found == types.end() && !complete) continue;  // a bag without index may still show it
     if (found != types.end() && fits(found->second)) continue;
     const std::string nearest = NearestTopic(topic, types, fits);
-    return MakeError(kKind, "{} topic '{}' of rig '{}' {}{} Check {} in the rig file. Topics there:{}",
-                     stream.sensor == Sensor::kImu ? "IMU" : stream.sensor == Sensor::kLidar ? "LiDAR" : "camera",
-                     topic, rig_.name,
-                     found == types.end() ? fmt::format("is not in '{}'", paths_.front())
-                                          : fmt::format("has type {}, which is no message of that sensor", found->second),
-                     nearest.empty() ? "." : fmt::format("; did you mean '{}'?", nearest), stream.rig_field,
-                     TopicList(types));
+    return MakeError(
+        kKind, "{} topic '{}' of rig '{}' {}{} Check {} in the rig file. Topics there:{}",
+        stream.sensor == Sensor::kImu     ? "IMU"
+        : stream.sensor == Sensor::kLidar ? "LiDAR"
+                                          : "camera",
+        topic, rig_.name,
+        found == types.end()
+            ? fmt::format("is not in '{}'", paths_.front())
+            : fmt::format("has type {}, which is no message of that sensor", found->second),
+        nearest.empty() ? "." : fmt::format("; did you mean '{}'?", nearest), stream.rig_field,
+        TopicList(types));
   }
   return {};
 }
@@ -239,8 +258,9 @@ Expected<std::optional<Measurement>> RosBagSource::Next() {
 }
 
 void RosBagSource::ReadAhead() {
-  const bool images = std::any_of(streams_.begin(), streams_.end(),
-                                  [](const auto& entry) { return entry.second.sensor == Sensor::kCamera; });
+  const bool images = std::any_of(streams_.begin(), streams_.end(), [](const auto& entry) {
+    return entry.second.sensor == Sensor::kCamera;
+  });
   const std::size_t wanted = images ? kReadAhead : 1;
   while (!all_read_ && pending_.size() < wanted) {
     const auto message = NextMessage();
@@ -278,8 +298,8 @@ std::optional<BagMessage> RosBagSource::NextMessage() {
 }
 
 bool RosBagSource::IsHopeless(const Stream& stream, const StreamCounts& counts) const {
-  return stream.sensor != Sensor::kCamera && counts.delivered == 0 && counts.messages >= kHopelessMessages &&
-         unreadable_.contains(stream.topic);
+  return stream.sensor != Sensor::kCamera && counts.delivered == 0 &&
+         counts.messages >= kHopelessMessages && unreadable_.contains(stream.topic);
 }
 
 // No other sensor than the cameras can tell where the rig is.
@@ -292,13 +312,15 @@ bool RosBagSource::CamerasDecide() const {
   return images == 0;
 }
 
-std::string RosBagSource::NothingUsable(const std::string& topic, const StreamCounts& counts) const {
+std::string RosBagSource::NothingUsable(const std::string& topic,
+                                        const StreamCounts& counts) const {
   if (const auto why = unreadable_.find(topic); why != unreadable_.end()) {
     return fmt::format("no message of topic '{}' can be read: {}", topic, why->second);
   }
-  std::string text = fmt::format("no message of topic '{}' can be used: {} of {} were dropped ({})", topic,
-                                 counts.messages, counts.messages, ReasonList(counts));
-  if (lidar_ && topic == rig_.lidar->topic) text += fmt::format(". {}", fmt::join(lidar_->notes(), ". "));
+  std::string text = fmt::format("no message of topic '{}' can be used: {} of {} were dropped ({})",
+                                 topic, counts.messages, counts.messages, ReasonList(counts));
+  if (lidar_ && topic == rig_.lidar->topic)
+    text += fmt::format(". {}", fmt::join(lidar_->notes(), ". "));
   return text;
 }
 
@@ -349,30 +371,28 @@ std::optional<Measurement> RosBagSource::Complete(Pending pending) {
   return measurement;
 }
 
-std::optional<Measurement> RosBagSource::DecodeImu(const BagMessage& message, StreamCounts& counts) {
+std::optional<Measurement> RosBagSource::DecodeImu(const BagMessage& message,
+                                                   StreamCounts& counts) {
   auto sample = ParseImu(message.data);
   if (!sample) {
     Drop(message.connection->topic, kUnreadable, sample.error(), counts);
     return std::nullopt;
   }
   switch (imu_->Normalize(*sample)) {
-    case ImuNormalizer::Fate::kDelivered:
-      return *sample;
-    case ImuNormalizer::Fate::kNotFinite:
-      ++counts.dropped["NaN or infinite"];
-      return std::nullopt;
-    case ImuNormalizer::Fate::kDuplicate:
-      ++counts.dropped["duplicate stamp"];
-      return std::nullopt;
+    case ImuNormalizer::Fate::kDelivered: return *sample;
+    case ImuNormalizer::Fate::kNotFinite: ++counts.dropped["NaN or infinite"]; return std::nullopt;
+    case ImuNormalizer::Fate::kDuplicate: ++counts.dropped["duplicate stamp"]; return std::nullopt;
   }
   return std::nullopt;
 }
 
-std::optional<Measurement> RosBagSource::DecodeLidar(const BagMessage& message, StreamCounts& counts) {
+std::optional<Measurement> RosBagSource::DecodeLidar(const BagMessage& message,
+                                                     StreamCounts& counts) {
   const auto cloud = IsLivoxType(message.connection->type)
                          ? ViewLivoxPoints(message.data, message.connection->definition)
                          : ParsePointCloud2(message.data);
-  auto raw = cloud.and_then([&](const PointCloud2View& view) { return ExtractPoints(view, lidar_->filter()); });
+  auto raw = cloud.and_then(
+      [&](const PointCloud2View& view) { return ExtractPoints(view, lidar_->filter()); });
   if (!raw) {
     Drop(message.connection->topic, kUnreadable, raw.error(), counts);
     return std::nullopt;
@@ -402,7 +422,8 @@ std::optional<ImageJob> RosBagSource::StartImage(const BagMessage& message, cons
   return ImageJob(background_, message.data, compressed);
 }
 
-std::optional<Measurement> RosBagSource::FinishImage(ImageJob& job, const Stream& stream, StreamCounts& counts) {
+std::optional<Measurement> RosBagSource::FinishImage(ImageJob& job, const Stream& stream,
+                                                     StreamCounts& counts) {
   auto image = job.Take();
   if (!image) {
     Drop(stream.topic, kUnreadable, image.error(), counts);
@@ -412,9 +433,11 @@ std::optional<Measurement> RosBagSource::FinishImage(ImageJob& job, const Stream
   const CameraModel& lens = *camera.model;
   if (image->width != lens.width() || image->height != lens.height()) {
     Drop(stream.topic, "wrong size",
-         Error{kKind, fmt::format("image of {} x {} px, camera {} of rig '{}' has {} x {}: scaled by the recorder, or "
+         Error{kKind, fmt::format("image of {} x {} px, camera {} of rig '{}' has {} x {}: scaled "
+                                  "by the recorder, or "
                                   "the calibration of another mode; correct {}",
-                                  image->width, image->height, camera.name, rig_.name, lens.width(), lens.height(),
+                                  image->width, image->height, camera.name, rig_.name, lens.width(),
+                                  lens.height(),
                                   fmt::format("cameras[{}].size and intrinsics", stream.camera))},
          counts);
     return std::nullopt;
@@ -431,8 +454,10 @@ void RosBagSource::Drop(const std::string& topic, const std::string& reason, con
 }
 
 double RosBagSource::Progress() const {
-  const double current = reader_ ? reader_->Progress() * static_cast<double>(reader_->file_size()) : 0.0;
-  return std::min(1.0, (static_cast<double>(bytes_done_) + current) / static_cast<double>(bytes_total_));
+  const double current =
+      reader_ ? reader_->Progress() * static_cast<double>(reader_->file_size()) : 0.0;
+  return std::min(1.0,
+                  (static_cast<double>(bytes_done_) + current) / static_cast<double>(bytes_total_));
 }
 
 std::map<std::string, StreamCounts> RosBagSource::Counts() const {
@@ -440,7 +465,8 @@ std::map<std::string, StreamCounts> RosBagSource::Counts() const {
   for (const auto& [topic, stream] : streams_) {
     if (stream.sensor == Sensor::kLidar) counts[topic].repaired = lidar_->repaired();
     const bool rescaled = stream.sensor == Sensor::kImu && imu_->acceleration_scale() != 1.0;
-    if (rescaled) counts[topic].repaired["messages: g converted to m/s^2"] = counts[topic].delivered;
+    if (rescaled)
+      counts[topic].repaired["messages: g converted to m/s^2"] = counts[topic].delivered;
   }
   return counts;
 }
@@ -453,7 +479,8 @@ std::string RosBagSource::SensorName(const Stream& stream) const {
 
 std::map<std::string, std::map<std::string, std::int64_t>> RosBagSource::Dropped() const {
   std::map<std::string, std::map<std::string, std::int64_t>> dropped;
-  for (const auto& [topic, stream] : streams_) dropped[SensorName(stream)] = counts_.at(topic).dropped;
+  for (const auto& [topic, stream] : streams_)
+    dropped[SensorName(stream)] = counts_.at(topic).dropped;
   return dropped;
 }
 
@@ -464,10 +491,11 @@ std::vector<std::string> RosBagSource::Notes() const {
   for (const auto& [topic, stream] : streams_) {
     const StreamCounts& counts = counts_.at(topic);
     if (counts.dropped.empty()) continue;
-    notes.push_back(fmt::format("{}: of {} messages these were dropped: {}", SensorName(stream), counts.messages,
-                                ReasonList(counts)));
+    notes.push_back(fmt::format("{}: of {} messages these were dropped: {}", SensorName(stream),
+                                counts.messages, ReasonList(counts)));
   }
-  for (const auto& [topic, why] : unreadable_) notes.push_back(fmt::format("{}: unreadable message: {}", topic, why));
+  for (const auto& [topic, why] : unreadable_)
+    notes.push_back(fmt::format("{}: unreadable message: {}", topic, why));
   if (damage_) notes.push_back(damage_->message);
   return notes;
 }

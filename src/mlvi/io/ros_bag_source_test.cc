@@ -12,21 +12,23 @@
 namespace mlvi {
 namespace {
 
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::Not;
 using test::kStart;
 using test::MakeRig;
 using test::MakeSweep;
 using test::TemporaryPath;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
-test::Content Read(const std::vector<std::string>& paths, const Rig& rig, const RosBagSourceOptions& options = {}) {
+test::Content Read(const std::vector<std::string>& paths, const Rig& rig,
+                   const RosBagSourceOptions& options = {}) {
   auto source = RosBagSource::Open(paths, rig, options);
   EXPECT_TRUE(source) << source.error().message;
   return source ? test::ReadAll(**source) : test::Content();
 }
 
-Error OpenError(const std::vector<std::string>& paths, const Rig& rig, const RosBagSourceOptions& options = {}) {
+Error OpenError(const std::vector<std::string>& paths, const Rig& rig,
+                const RosBagSourceOptions& options = {}) {
   const auto source = RosBagSource::Open(paths, rig, options);
   EXPECT_FALSE(source);
   return source ? Error() : source.error();
@@ -92,23 +94,29 @@ TEST_P(Layouts, RoundTrip) {
     EXPECT_EQ(content.imu[i].linear_acceleration, expected.linear_acceleration);
   }
   ASSERT_EQ(content.sweeps.size(), 2u);
-  for (std::size_t i = 0; i < sent.size(); ++i) ExpectSameSweep(sent[i], content.sweeps[i], c.tolerance);
+  for (std::size_t i = 0; i < sent.size(); ++i)
+    ExpectSameSweep(sent[i], content.sweeps[i], c.tolerance);
   EXPECT_EQ(content.counts.at("/points").delivered, 2);
   EXPECT_EQ(content.counts.at("/imu").messages, 40);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, Layouts,
-    ::testing::Values(
-        LayoutCase{"OS0-128", 128, 1024, VelodyneStamp::kFirstPacket, BagCompression::kNone, Duration()},
-        LayoutCase{"OS0-128", 128, 1024, VelodyneStamp::kFirstPacket, BagCompression::kLz4, Duration()},
-        // Half a unit in the last place of a float at 0.1: 4 ns.
-        LayoutCase{"VLP-32C", 32, 1808, VelodyneStamp::kFirstPacket, BagCompression::kBz2, Duration::FromNanoseconds(5)},
-        LayoutCase{"VLP-32C", 32, 1808, VelodyneStamp::kLastPacket, BagCompression::kNone, Duration::FromNanoseconds(9)},
-        // Of a double at 1.6e9: 119 ns, and rounding to nanoseconds twice.
-        LayoutCase{"PandarXT-32", 32, 2000, VelodyneStamp::kFirstPacket, BagCompression::kLz4, Duration::FromNanoseconds(121)}),
+    ::testing::Values(LayoutCase{"OS0-128", 128, 1024, VelodyneStamp::kFirstPacket,
+                                 BagCompression::kNone, Duration()},
+                      LayoutCase{"OS0-128", 128, 1024, VelodyneStamp::kFirstPacket,
+                                 BagCompression::kLz4, Duration()},
+                      // Half a unit in the last place of a float at 0.1: 4 ns.
+                      LayoutCase{"VLP-32C", 32, 1808, VelodyneStamp::kFirstPacket,
+                                 BagCompression::kBz2, Duration::FromNanoseconds(5)},
+                      LayoutCase{"VLP-32C", 32, 1808, VelodyneStamp::kLastPacket,
+                                 BagCompression::kNone, Duration::FromNanoseconds(9)},
+                      // Of a double at 1.6e9: 119 ns, and rounding to nanoseconds twice.
+                      LayoutCase{"PandarXT-32", 32, 2000, VelodyneStamp::kFirstPacket,
+                                 BagCompression::kLz4, Duration::FromNanoseconds(121)}),
     [](const auto& layout) {
-      std::string name = layout.param.model + (layout.param.stamp == VelodyneStamp::kLastPacket ? "End" : "") +
+      std::string name = layout.param.model +
+                         (layout.param.stamp == VelodyneStamp::kLastPacket ? "End" : "") +
                          std::to_string(static_cast<int>(layout.param.compression));
       std::erase(name, '-');
       return name;
@@ -117,7 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(RosBagSource, SweepsThatAreAllDroppedAreAnErrorWithItsReason) {
   const Rig rig = MakeRig("OS0-128", 128);
   const std::string path = TemporaryPath("all_dropped.bag");
-  test::WriteRecording(path, rig, {}, 0.2, [](int index, Time stamp) { return MakeSweep(stamp, 128, 64, 0.2, index); });
+  test::WriteRecording(path, rig, {}, 0.2,
+                       [](int index, Time stamp) { return MakeSweep(stamp, 128, 64, 0.2, index); });
   Rig wrong = rig;
   wrong.lidar->rate_hz = 1000.0;
   auto source = RosBagSource::Open({path}, wrong);
@@ -132,14 +141,17 @@ TEST(RosBagSource, NotesTellTheConventionOfTimes) {
   const std::string path = TemporaryPath("velodyne.bag");
   test::WriteRecording(path, rig, {.velodyne_stamp = VelodyneStamp::kLastPacket}, 0.2,
                        [](int, Time stamp) { return MakeSweep(stamp, 32, 1808, 0.1); });
-  EXPECT_THAT(Read({path}, rig).notes,
-              Contains(HasSubstr("'time' holds times in s, back from the header's stamp, which is the sweep's end")));
+  EXPECT_THAT(
+      Read({path}, rig).notes,
+      Contains(HasSubstr(
+          "'time' holds times in s, back from the header's stamp, which is the sweep's end")));
 }
 
 TEST(RosBagSource, TimeOffsetsOfTheRigMoveStamps) {
   Rig rig = MakeRig("OS0-128", 128);
   const std::string path = TemporaryPath("offsets.bag");
-  test::WriteRecording(path, rig, {}, 0.1, [](int, Time stamp) { return MakeSweep(stamp, 128, 1024, 0.0); });
+  test::WriteRecording(path, rig, {}, 0.1,
+                       [](int, Time stamp) { return MakeSweep(stamp, 128, 1024, 0.0); });
   rig.imu.time_offset = Duration::FromMilliseconds(3);
   rig.lidar->time_offset = Duration::FromMilliseconds(-7);
   const test::Content content = Read({path}, rig);
@@ -151,12 +163,14 @@ TEST(RosBagSource, TimeOffsetsOfTheRigMoveStamps) {
 TEST(RosBagSource, ImuInGIsConverted) {
   const Rig rig = MakeRig("OS0-128", 128);
   const std::string path = TemporaryPath("g.bag");
-  test::WriteRecording(path, rig, {}, 1.5, [](int, Time stamp) { return MakeSweep(stamp, 128, 64, 0.0); },
-                       1.0 / kStandardGravity);
+  test::WriteRecording(
+      path, rig, {}, 1.5, [](int, Time stamp) { return MakeSweep(stamp, 128, 64, 0.0); },
+      1.0 / kStandardGravity);
   const test::Content content = Read({path}, rig);
   ASSERT_EQ(content.imu.size(), 300u);
   for (int i = 0; i < 300; ++i) {
-    EXPECT_LT((content.imu[i].linear_acceleration - test::MakeImu(i).linear_acceleration).norm(), 1e-12);
+    EXPECT_LT((content.imu[i].linear_acceleration - test::MakeImu(i).linear_acceleration).norm(),
+              1e-12);
   }
   EXPECT_THAT(content.notes, Contains(HasSubstr("taken as g and converted to m/s^2")));
   EXPECT_EQ(content.counts.at("/imu").repaired.at("messages: g converted to m/s^2"), 300);
@@ -184,7 +198,8 @@ TEST(RosBagSource, BadImuSamplesAreDroppedAndCounted) {
 TEST(RosBagSource, BadPointsAndEmptySweepsAreCounted) {
   const Rig rig = MakeRig("OS0-128", 128);
   const std::string path = TemporaryPath("points.bag");
-  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN(),
+              inf = std::numeric_limits<float>::infinity();
   test::WriteRecording(path, rig, {}, 0.3, [&](int index, Time stamp) {
     LidarSweep sweep = MakeSweep(stamp, 128, 1024, index == 1 ? 1.0 : 0.0);
     if (index == 0) {
@@ -211,7 +226,8 @@ TEST(RosBagSource, BadPointsAndEmptySweepsAreCounted) {
 TEST(RosBagSource, PartsOfARecordingFollowOneAnother) {
   const Rig rig = MakeRig("OS0-128", 128);
   const std::string first = TemporaryPath("a.bag"), second = TemporaryPath("b.bag");
-  test::WriteRecording(first, rig, {}, 0.2, [](int, Time stamp) { return MakeSweep(stamp, 128, 1024, 0.0); });
+  test::WriteRecording(first, rig, {}, 0.2,
+                       [](int, Time stamp) { return MakeSweep(stamp, 128, 1024, 0.0); });
   auto writer = BagWriter::Create(second, rig);
   ASSERT_TRUE(writer);
   for (int i = 40; i < 60; ++i) ASSERT_TRUE((*writer)->Write(test::MakeImu(i)));
@@ -219,12 +235,14 @@ TEST(RosBagSource, PartsOfARecordingFollowOneAnother) {
   const test::Content content = Read({first, second}, rig);
   EXPECT_EQ(content.error, "");
   ASSERT_EQ(content.imu.size(), 60u);
-  for (std::size_t i = 1; i < content.imu.size(); ++i) EXPECT_LT(content.imu[i - 1].stamp, content.imu[i].stamp);
+  for (std::size_t i = 1; i < content.imu.size(); ++i)
+    EXPECT_LT(content.imu[i - 1].stamp, content.imu[i].stamp);
 }
 
 TEST(RosBagSource, FilesThatAreNoBags) {
   const Rig rig = MakeRig("OS0-128", 128);
-  EXPECT_THAT(OpenError({TemporaryPath("nowhere.bag")}, rig).message, HasSubstr("does the file exist"));
+  EXPECT_THAT(OpenError({TemporaryPath("nowhere.bag")}, rig).message,
+              HasSubstr("does the file exist"));
   EXPECT_THAT(OpenError({::testing::TempDir()}, rig).message, HasSubstr("is a folder"));
   const std::string path = TemporaryPath("bad.bag");
   test::WriteBytes(path, {});
@@ -241,7 +259,8 @@ TEST(RosBagSource, FilesThatAreNoBags) {
 TEST(RosBagSource, MissingTopicNamesThoseThereAndTheField) {
   Rig rig = MakeRig("OS0-128", 128);
   const std::string path = TemporaryPath("topics.bag");
-  test::WriteRecording(path, rig, {}, 0.1, [](int, Time stamp) { return MakeSweep(stamp, 128, 64, 0.0); });
+  test::WriteRecording(path, rig, {}, 0.1,
+                       [](int, Time stamp) { return MakeSweep(stamp, 128, 64, 0.0); });
   rig.lidar->topic = "/os_cloud_node/points";
   const std::string message = OpenError({path}, rig).message;
   EXPECT_THAT(message, HasSubstr("LiDAR topic '/os_cloud_node/points'"));
@@ -256,7 +275,8 @@ TEST(RosBagSource, MissingTopicNamesThoseThereAndTheField) {
   EXPECT_THAT(OpenError({path}, rig).message, HasSubstr("is no message of that sensor"));
   rig.lidar.reset();
   EXPECT_EQ(OpenError({path}, rig).kind, ErrorKind::kConfiguration);
-  EXPECT_THAT(OpenError({path}, MakeRig("OS0-128", 128), {.cameras = {"cam7"}}).message, HasSubstr("no camera 'cam7'"));
+  EXPECT_THAT(OpenError({path}, MakeRig("OS0-128", 128), {.cameras = {"cam7"}}).message,
+              HasSubstr("no camera 'cam7'"));
 }
 
 TEST(RosBagSource, UnknownLayoutNamesTheFieldsFound) {
@@ -265,7 +285,8 @@ TEST(RosBagSource, UnknownLayoutNamesTheFieldsFound) {
   auto writer = RawBagWriter::Create(path, BagCompression::kNone);
   ASSERT_TRUE(writer);
   PointCloud2Data cloud;
-  cloud.fields = {{"range", 0, PointDatatype::kFloat32, 1}, {"azimuth", 4, PointDatatype::kUint16, 1}};
+  cloud.fields = {{"range", 0, PointDatatype::kFloat32, 1},
+                  {"azimuth", 4, PointDatatype::kUint16, 1}};
   cloud.point_step = 6;
   cloud.width = 10;
   cloud.data.resize(60);

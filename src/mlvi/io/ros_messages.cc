@@ -29,8 +29,10 @@ Expected<void> CheckSizes(const PointCloud2View& cloud) {
   // Some drivers leave row_step at zero in clouds of one row; rows then follow one another.
   if ((cloud.row_step < row_bytes && cloud.height > 1) || expected > cloud.data.size()) {
     return MakeError(kKind,
-                     "PointCloud2 of {} x {} points with point_step {} and row_step {} does not fit its {} bytes of data",
-                     cloud.height, cloud.width, cloud.point_step, cloud.row_step, cloud.data.size());
+                     "PointCloud2 of {} x {} points with point_step {} and row_step {} does not "
+                     "fit its {} bytes of data",
+                     cloud.height, cloud.width, cloud.point_step, cloud.row_step,
+                     cloud.data.size());
   }
   return {};
 }
@@ -60,38 +62,36 @@ Expected<ImuSample> ParseImu(ByteSpan message) {
 std::size_t SizeOf(PointDatatype datatype) {
   switch (datatype) {
     case PointDatatype::kInt8:
-    case PointDatatype::kUint8:
-      return 1;
+    case PointDatatype::kUint8: return 1;
     case PointDatatype::kInt16:
-    case PointDatatype::kUint16:
-      return 2;
+    case PointDatatype::kUint16: return 2;
     case PointDatatype::kInt32:
     case PointDatatype::kUint32:
-    case PointDatatype::kFloat32:
-      return 4;
-    case PointDatatype::kFloat64:
-      return 8;
+    case PointDatatype::kFloat32: return 4;
+    case PointDatatype::kFloat64: return 8;
   }
   return 0;
 }
 
 std::string_view NameOf(PointDatatype datatype) {
-  constexpr std::string_view kNames[] = {"?", "int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"};
+  constexpr std::string_view kNames[] = {"?",     "int8",   "uint8",   "int16",  "uint16",
+                                         "int32", "uint32", "float32", "float64"};
   const auto index = static_cast<std::size_t>(datatype);
   return index < std::size(kNames) ? kNames[index] : kNames[0];
 }
 
 const PointField* PointCloud2View::Find(std::string_view name) const {
-  const auto field =
-      std::find_if(fields.begin(), fields.end(), [&](const PointField& f) { return f.name == name; });
+  const auto field = std::find_if(fields.begin(), fields.end(),
+                                  [&](const PointField& f) { return f.name == name; });
   return field == fields.end() ? nullptr : &*field;
 }
 
 std::string PointCloud2View::FieldList() const {
   std::string list;
   for (const PointField& field : fields) {
-    list += fmt::format("{}{} {}{}@{}", list.empty() ? "" : ", ", field.name, NameOf(field.datatype),
-                        field.count == 1 ? "" : fmt::format("[{}]", field.count), field.offset);
+    list +=
+        fmt::format("{}{} {}{}@{}", list.empty() ? "" : ", ", field.name, NameOf(field.datatype),
+                    field.count == 1 ? "" : fmt::format("[{}]", field.count), field.offset);
   }
   return list;
 }

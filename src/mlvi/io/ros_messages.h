@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ROS 1 messages that mlvi reads, as views on serialised bytes: no copies, every length checked.
+// The ROS 1 messages that mlvi reads, as views on serialised bytes: no copies, every length
+// checked.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,14 @@ Expected<ImuSample> ParseImu(ByteSpan message);
 
 // The datatypes of sensor_msgs/PointField.
 enum class PointDatatype : std::uint8_t {
-  kInt8 = 1, kUint8 = 2, kInt16 = 3, kUint16 = 4, kInt32 = 5, kUint32 = 6, kFloat32 = 7, kFloat64 = 8
+  kInt8 = 1,
+  kUint8 = 2,
+  kInt16 = 3,
+  kUint16 = 4,
+  kInt32 = 5,
+  kUint32 = 6,
+  kFloat32 = 7,
+  kFloat64 = 8
 };
 // Bytes of one value; 0 for an unknown datatype.
 std::size_t SizeOf(PointDatatype datatype);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 1 messages as serialised bytes, for writing. (The generated headers of sensor_msgs in Debian 12 need C++17: they
-// use std::allocator<void>::rebind.)
+// ROS 1 messages as serialised bytes, for writing. (The generated headers of sensor_msgs in Debian
+// 12 need C++17: they use std::allocator<void>::rebind.)
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "mlvi/base/time.h"
-#include "mlvi/sensors/measurements.h"
 #include "mlvi/io/ros_messages.h"
+#include "mlvi/sensors/measurements.h"
 
 namespace mlvi {
 
@@ -71,7 +71,7 @@ RosMessage PointCloud2Message(const PointCloud2Data& cloud);
 std::string_view EncodingOf(const Image& image);
 RosMessage ImageMessage(const Image& image, const std::string& frame_id);
 // `data`: an encoded image (image_encoder.h); `format`: e.g. "mono8; jpeg compressed ".
-RosMessage CompressedImageMessage(Time stamp, const std::string& frame_id, const std::string& format,
-                                  ByteSpan data);
+RosMessage CompressedImageMessage(Time stamp, const std::string& frame_id,
+                                  const std::string& format, ByteSpan data);
 
 }  // namespace mlvi

@@ -11,8 +11,9 @@
 namespace mlvi {
 namespace {
 
-constexpr auto kFloat32 = PointDatatype::kFloat32, kFloat64 = PointDatatype::kFloat64, kUint8 = PointDatatype::kUint8,
-               kUint16 = PointDatatype::kUint16, kUint32 = PointDatatype::kUint32;
+constexpr auto kFloat32 = PointDatatype::kFloat32, kFloat64 = PointDatatype::kFloat64,
+               kUint8 = PointDatatype::kUint8, kUint16 = PointDatatype::kUint16,
+               kUint32 = PointDatatype::kUint32;
 
 PointCloud2Data EmptyCloud(Time stamp, const char* frame, std::uint32_t height, std::uint32_t width,
                            std::uint32_t point_step, std::vector<PointField> fields) {
@@ -41,7 +42,8 @@ void PutPosition(std::uint8_t* bytes, const LidarPoint& point) {
 template <typename Integer>
 Integer Saturate(double value) {
   if (!(value > 0.0)) return 0;  // NaN, too
-  return static_cast<Integer>(std::min(value, static_cast<double>(std::numeric_limits<Integer>::max())));
+  return static_cast<Integer>(
+      std::min(value, static_cast<double>(std::numeric_limits<Integer>::max())));
 }
 
 // The nearest double: whole seconds and the rest apart.
@@ -53,7 +55,8 @@ double AbsoluteSeconds(Time time) {
 bool IsReturn(const LidarPoint& point) { return !(point.position.array() == 0.0F).all(); }
 
 std::uint32_t CountReturns(const LidarSweep& sweep) {
-  return static_cast<std::uint32_t>(std::count_if(sweep.points.begin(), sweep.points.end(), IsReturn));
+  return static_cast<std::uint32_t>(
+      std::count_if(sweep.points.begin(), sweep.points.end(), IsReturn));
 }
 
 }  // namespace
@@ -73,7 +76,8 @@ PointCloud2Data OusterCloud(const LidarSweep& sweep, Duration period) {
   const double columns_per_ns = kColumns / static_cast<double>(period.nanoseconds());
   for (std::uint32_t row = 0; row < kRows; ++row) {
     for (std::uint32_t column = 0; column < kColumns; ++column) {
-      std::uint8_t* bytes = cloud.data.data() + (std::size_t{row} * kColumns + column) * cloud.point_step;
+      std::uint8_t* bytes =
+          cloud.data.data() + (std::size_t{row} * kColumns + column) * cloud.point_step;
       Put(bytes, 20, static_cast<std::uint32_t>(std::llround(column / columns_per_ns)));
       Put(bytes, 26, static_cast<std::uint8_t>(row));
     }
@@ -81,7 +85,8 @@ PointCloud2Data OusterCloud(const LidarSweep& sweep, Duration period) {
   for (const LidarPoint& point : sweep.points) {
     const auto column = static_cast<std::uint32_t>(std::llround(point.offset_ns * columns_per_ns));
     if (point.ring >= kRows || column >= kColumns) continue;
-    std::uint8_t* bytes = cloud.data.data() + (std::size_t{point.ring} * kColumns + column) * cloud.point_step;
+    std::uint8_t* bytes =
+        cloud.data.data() + (std::size_t{point.ring} * kColumns + column) * cloud.point_step;
     PutPosition(bytes, point);
     Put(bytes, 16, point.intensity);
     Put(bytes, 20, static_cast<std::uint32_t>(point.offset_ns));
@@ -106,7 +111,8 @@ PointCloud2Data VelodyneCloud(const LidarSweep& sweep, bool stamp_is_end) {
     PutPosition(bytes, point);
     Put(bytes, 12, point.intensity);
     Put(bytes, 16, point.ring);
-    Put(bytes, 18, static_cast<float>((Duration::FromNanoseconds(point.offset_ns) - shift).seconds()));
+    Put(bytes, 18,
+        static_cast<float>((Duration::FromNanoseconds(point.offset_ns) - shift).seconds()));
     bytes += cloud.point_step;
   }
   return cloud;

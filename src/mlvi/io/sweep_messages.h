@@ -10,8 +10,9 @@
 
 namespace mlvi {
 
-// Ouster OS0-128 in mode 1024: 128 x 1024 points of 48 bytes, x y z intensity t reflectivity ring noise range. Points are
-// put into the row of their ring and the column of their firing time; cells without a point are zero.
+// Ouster OS0-128 in mode 1024: 128 x 1024 points of 48 bytes, x y z intensity t reflectivity ring
+// noise range. Points are put into the row of their ring and the column of their firing time; cells
+// without a point are zero.
 PointCloud2Data OusterCloud(const LidarSweep& sweep, Duration period);
 // Velodyne XYZIRT: points of 22 bytes, returns only, x y z intensity ring time.
 PointCloud2Data VelodyneCloud(const LidarSweep& sweep, bool stamp_is_end);

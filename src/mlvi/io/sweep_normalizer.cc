@@ -10,7 +10,8 @@ namespace mlvi {
 namespace {
 
 constexpr ErrorKind kKind = ErrorKind::kInput;
-// Times of a sensor are in order within a ring; a field that is none scores about 0.5 (DisorderOfTimes).
+// Times of a sensor are in order within a ring; a field that is none scores about 0.5
+// (DisorderOfTimes).
 constexpr double kLargestDisorder = 0.2;
 
 void SetOffsets(const std::vector<std::int32_t>& offsets, LidarSweep& sweep) {
@@ -63,22 +64,28 @@ Expected<LidarSweep> SweepNormalizer::Normalize(RawSweep&& raw) {
 bool SweepNormalizer::ApplyMeasuredTimes(const RawSweep& raw, LidarSweep& sweep) {
   const auto times = timer_.Interpret(raw.times, raw.header_stamp);
   if (!times && timer_.failure() == TimesFailure::kTooLong) {
-    Note("too long", fmt::format("lidar: point field '{}' spreads over {:.3f} s in one sweep, but the rig says {:g} "
-                                 "sweeps per second; such sweeps are dropped. Is lidar.rate_hz right?",
-                                 raw.time_field, timer_.failed_span().seconds(), spec_.rate_hz));
+    Note("too long",
+         fmt::format(
+             "lidar: point field '{}' spreads over {:.3f} s in one sweep, but the rig says {:g} "
+             "sweeps per second; such sweeps are dropped. Is lidar.rate_hz right?",
+             raw.time_field, timer_.failed_span().seconds(), spec_.rate_hz));
   }
   if (!times && timer_.failure() == TimesFailure::kConstant) {
     ++repaired_["sweeps: all point times equal, times derived"];
-    Note("constant", fmt::format("lidar: point field '{}' is the same for all points (a float32 cannot hold absolute "
-                                 "times); firing times are derived instead",
-                                 raw.time_field));
+    Note("constant",
+         fmt::format(
+             "lidar: point field '{}' is the same for all points (a float32 cannot hold absolute "
+             "times); firing times are derived instead",
+             raw.time_field));
   }
   if (!times) return false;
   if (raw.has_rings && DisorderOfTimes(raw.times, RingsOf(sweep.points)) > kLargestDisorder) {
     ++repaired_["sweeps: point times in disorder, times derived"];
-    Note("disorder", fmt::format("lidar: point field '{}' jumps back and forth along the rings, so it is no firing "
-                                 "time; firing times are derived instead",
-                                 raw.time_field));
+    Note("disorder",
+         fmt::format(
+             "lidar: point field '{}' jumps back and forth along the rings, so it is no firing "
+             "time; firing times are derived instead",
+             raw.time_field));
     return false;
   }
   NoteTimes(raw, *times);
@@ -93,36 +100,48 @@ bool SweepNormalizer::ApplyMeasuredTimes(const RawSweep& raw, LidarSweep& sweep)
 }
 
 void SweepNormalizer::NoteTimes(const RawSweep& raw, const PointTimes& times) {
-  constexpr const char* kOrigins[] = {"from the header's stamp on", "back from the header's stamp, which is the sweep's end",
-                                      "absolute", "on another clock: the header's stamp is taken as the sweep's start"};
+  constexpr const char* kOrigins[] = {
+      "from the header's stamp on", "back from the header's stamp, which is the sweep's end",
+      "absolute", "on another clock: the header's stamp is taken as the sweep's start"};
   // Short sweeps at the ends of a recording say little about the unit.
   if (times.span.seconds() > 0.5 * period_.seconds()) {
-    Note("times", fmt::format("lidar: point field '{}' holds times in {}, {}; span {:.4f} s", raw.time_field,
-                              NameOf(times.unit), kOrigins[static_cast<int>(times.origin)], times.span.seconds()));
+    Note("times", fmt::format("lidar: point field '{}' holds times in {}, {}; span {:.4f} s",
+                              raw.time_field, NameOf(times.unit),
+                              kOrigins[static_cast<int>(times.origin)], times.span.seconds()));
   }
   if (times.longer_than_period) {
     ++repaired_["sweeps: longer than the period"];
-    Note("longer", fmt::format("lidar: a sweep lasts {:.3f} s, but the rig says {:g} sweeps per second; set lidar.rate_hz to "
-                               "about {:.2g}", times.span.seconds(), spec_.rate_hz, 1.0 / times.span.seconds()));
+    Note("longer", fmt::format("lidar: a sweep lasts {:.3f} s, but the rig says {:g} sweeps per "
+                               "second; set lidar.rate_hz to "
+                               "about {:.2g}",
+                               times.span.seconds(), spec_.rate_hz, 1.0 / times.span.seconds()));
   }
 }
 
 void SweepNormalizer::ApplyDerivedTimes(const RawSweep& raw, LidarSweep& sweep) {
   if (!raw.columns.empty()) {
     SetOffsets(TimesFromColumns(raw.columns, raw.column_count, period_), sweep);
-    Note("columns", "lidar: points have no times; the column of the organised cloud gives the firing time, the header's "
-                    "stamp is taken as the sweep's start");
+    Note("columns",
+         "lidar: points have no times; the column of the organised cloud gives the firing time, "
+         "the header's "
+         "stamp is taken as the sweep's start");
     ++repaired_["sweeps: times derived from columns"];
   } else if (const auto times = TimesFromAzimuth(sweep.points, period_)) {
     SetOffsets(times->offsets, sweep);
-    Note("azimuth", fmt::format("lidar: points have no times; they lie in firing order, so that their azimuth gives it "
-                                "(turning {}), the header's stamp is taken as the sweep's start",
-                                times->clockwise ? "clockwise" : "counter-clockwise"));
+    Note(
+        "azimuth",
+        fmt::format(
+            "lidar: points have no times; they lie in firing order, so that their azimuth gives it "
+            "(turning {}), the header's stamp is taken as the sweep's start",
+            times->clockwise ? "clockwise" : "counter-clockwise"));
     ++repaired_["sweeps: times derived from azimuth"];
   } else {
-    Note("none", "lidar: points have no times and no firing order to derive them from: sweeps are taken as instantaneous, "
-                 "so motion within a sweep distorts it. If they are motion-compensated already, say lidar.point_timing: "
-                 "instantaneous");
+    Note("none",
+         "lidar: points have no times and no firing order to derive them from: sweeps are taken as "
+         "instantaneous, "
+         "so motion within a sweep distorts it. If they are motion-compensated already, say "
+         "lidar.point_timing: "
+         "instantaneous");
     ++repaired_["sweeps: no times, taken as instantaneous"];
   }
 }

@@ -15,15 +15,16 @@
 
 namespace mlvi {
 
-// From the points of a message to a LidarSweep as sensors/measurements.h promises it: stamp at the first firing, offsets
-// in nanoseconds from there, only returns within the rig's ranges. Keeps what the first sweeps tell about the encoding
-// of times, counts of what it dropped or mended, and notes for the user (each finding once).
+// From the points of a message to a LidarSweep as sensors/measurements.h promises it: stamp at the
+// first firing, offsets in nanoseconds from there, only returns within the rig's ranges. Keeps what
+// the first sweeps tell about the encoding of times, counts of what it dropped or mended, and notes
+// for the user (each finding once).
 class SweepNormalizer {
  public:
   explicit SweepNormalizer(const LidarSpec& spec);
 
-  // An Error when no point is left or when times make no sense; its message is a short reason without numbers, under
-  // which the caller counts the sweep as dropped.
+  // An Error when no point is left or when times make no sense; its message is a short reason
+  // without numbers, under which the caller counts the sweep as dropped.
   Expected<LidarSweep> Normalize(RawSweep&& raw);
 
   // What to extract points with.

@@ -12,20 +12,23 @@
 namespace mlvi {
 namespace {
 
-using ::testing::Contains;
-using ::testing::HasSubstr;
 using test::kStart;
 using test::MakeSweep;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 constexpr int kRings = 16, kColumns = 900;
 
-// A sweep as a cloud with x, y, z, ring and one time field written by `put_time(bytes, offset in s)`.
+// A sweep as a cloud with x, y, z, ring and one time field written by `put_time(bytes, offset in
+// s)`.
 PointCloud2Data CloudWithTime(const LidarSweep& sweep, const std::string& name, PointDatatype type,
                               const std::function<void(std::uint8_t*, double)>& put_time) {
   PointCloud2Data cloud;
   cloud.stamp = sweep.stamp;
-  cloud.fields = {{"z", 0, PointDatatype::kFloat32, 1},   {"x", 4, PointDatatype::kFloat32, 1},
-                  {"y", 8, PointDatatype::kFloat32, 1},   {name, 12, type, 1},
+  cloud.fields = {{"z", 0, PointDatatype::kFloat32, 1},
+                  {"x", 4, PointDatatype::kFloat32, 1},
+                  {"y", 8, PointDatatype::kFloat32, 1},
+                  {name, 12, type, 1},
                   {"ring", 21, PointDatatype::kInt32, 1}};
   cloud.point_step = 27;  // neither order nor alignment is a given
   cloud.width = static_cast<std::uint32_t>(sweep.points.size());
@@ -54,7 +57,8 @@ std::function<void(std::uint8_t*, double)> Put(double scale, double shift = 0.0)
 Expected<LidarSweep> Normalize(SweepNormalizer& normalizer, const PointCloud2Data& cloud) {
   const RosMessage message = PointCloud2Message(cloud);
   return ParsePointCloud2(message.bytes)
-      .and_then([&](const PointCloud2View& view) { return ExtractPoints(view, normalizer.filter()); })
+      .and_then(
+          [&](const PointCloud2View& view) { return ExtractPoints(view, normalizer.filter()); })
       .and_then([&](RawSweep raw) { return normalizer.Normalize(std::move(raw)); });
 }
 
@@ -64,8 +68,8 @@ struct TimeCase {
   const char* name;
   PointDatatype type;
   std::function<void(std::uint8_t*, double)> put;
-  double shift;        // of the expected first firing against the header's stamp, s
-  double tolerance;    // s
+  double shift;      // of the expected first firing against the header's stamp, s
+  double tolerance;  // s
   const char* note;
 };
 
@@ -93,23 +97,34 @@ TEST_P(TimeEncodings, GiveTheSameSweep) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, TimeEncodings,
-    ::testing::Values(
-        TimeCase{"t", PointDatatype::kUint32, Put<std::uint32_t>(1e9), 0.0, 1.1e-9, "'t' holds times in ns"},
-        TimeCase{"t", PointDatatype::kUint32, Put<std::uint32_t>(1e6), 0.0, 1e-6, "'t' holds times in us"},
-        TimeCase{"time", PointDatatype::kFloat32, Put<float>(1.0), 0.0, 5e-9, "in s, from the header's stamp on"},
-        TimeCase{"time", PointDatatype::kFloat32, Put<float>(1e3), 0.0, 5e-9, "in ms"},
-        TimeCase{"time", PointDatatype::kFloat32, Put<float>(1.0, -0.1), -0.1, 9e-9, "the sweep's end"},
-        TimeCase{"timestamp", PointDatatype::kFloat64, Put<double>(1.0, kStart.seconds()), 0.0, 4e-7, "in s, absolute"},
-        TimeCase{"timestamp", PointDatatype::kFloat64, Put<double>(1e9, kStart.seconds()), 0.0, 4e-7, "in ns, absolute"},
-        TimeCase{"timestamp", PointDatatype::kFloat64, Put<double>(1.0, 4321.0), 0.0, 1e-9, "another clock"},
-        TimeCase{"offset_time", PointDatatype::kUint32, Put<std::uint32_t>(1e9), 0.0, 1.1e-9, "in ns"}));
+    ::testing::Values(TimeCase{"t", PointDatatype::kUint32, Put<std::uint32_t>(1e9), 0.0, 1.1e-9,
+                               "'t' holds times in ns"},
+                      TimeCase{"t", PointDatatype::kUint32, Put<std::uint32_t>(1e6), 0.0, 1e-6,
+                               "'t' holds times in us"},
+                      TimeCase{"time", PointDatatype::kFloat32, Put<float>(1.0), 0.0, 5e-9,
+                               "in s, from the header's stamp on"},
+                      TimeCase{"time", PointDatatype::kFloat32, Put<float>(1e3), 0.0, 5e-9,
+                               "in ms"},
+                      TimeCase{"time", PointDatatype::kFloat32, Put<float>(1.0, -0.1), -0.1, 9e-9,
+                               "the sweep's end"},
+                      TimeCase{"timestamp", PointDatatype::kFloat64,
+                               Put<double>(1.0, kStart.seconds()), 0.0, 4e-7, "in s, absolute"},
+                      TimeCase{"timestamp", PointDatatype::kFloat64,
+                               Put<double>(1e9, kStart.seconds()), 0.0, 4e-7, "in ns, absolute"},
+                      TimeCase{"timestamp", PointDatatype::kFloat64, Put<double>(1.0, 4321.0), 0.0,
+                               1e-9, "another clock"},
+                      TimeCase{"offset_time", PointDatatype::kUint32, Put<std::uint32_t>(1e9), 0.0,
+                               1.1e-9, "in ns"}));
 
 TEST(SweepNormalizer, AShortSweepKeepsTheUnitOfTheOthers) {
   SweepNormalizer normalizer(Spec());
   LidarSweep sent = MakeSweep(kStart, kRings, kColumns, 0.0);
-  ASSERT_TRUE(Normalize(normalizer, CloudWithTime(sent, "t", PointDatatype::kUint32, Put<std::uint32_t>(1e6))));
-  sent.points.resize(2 * kRings);  // two columns: 111 us, by itself nearer to 0.1 s when taken as ms
-  const auto read = Normalize(normalizer, CloudWithTime(sent, "t", PointDatatype::kUint32, Put<std::uint32_t>(1e6)));
+  ASSERT_TRUE(Normalize(normalizer,
+                        CloudWithTime(sent, "t", PointDatatype::kUint32, Put<std::uint32_t>(1e6))));
+  // Two columns: 111 us, by itself nearer to 0.1 s when taken as ms.
+  sent.points.resize(2 * kRings);
+  const auto read = Normalize(
+      normalizer, CloudWithTime(sent, "t", PointDatatype::kUint32, Put<std::uint32_t>(1e6)));
   ASSERT_TRUE(read);
   EXPECT_EQ(read->span.nanoseconds(), 111'000);
 }
@@ -123,7 +138,8 @@ TEST(SweepNormalizer, ConstantTimesAreDerivedFromAzimuth) {
   ASSERT_TRUE(read) << read.error().message;
   EXPECT_TRUE(read->has_times);
   for (std::size_t i = 0; i < sent.points.size(); ++i) {
-    EXPECT_NEAR(read->points[i].offset_ns, sent.points[i].offset_ns, 2e4);  // ranges are float: azimuth within 1e-6
+    // Ranges are float: azimuth within 1e-6.
+    EXPECT_NEAR(read->points[i].offset_ns, sent.points[i].offset_ns, 2e4);
   }
   EXPECT_THAT(normalizer.notes(), Contains(HasSubstr("is the same for all points")));
   EXPECT_THAT(normalizer.notes(), Contains(HasSubstr("turning clockwise")));
@@ -132,12 +148,13 @@ TEST(SweepNormalizer, ConstantTimesAreDerivedFromAzimuth) {
 TEST(SweepNormalizer, TimesInDisorderAreNotBelieved) {
   RandomStream random(2);
   SweepNormalizer normalizer(Spec());
-  const auto read = Normalize(normalizer,
-                              CloudWithTime(MakeSweep(kStart, kRings, kColumns, 0.0), "t", PointDatatype::kUint32,
-                                            [&](std::uint8_t* bytes, double) {
-                                              const auto value = static_cast<std::uint32_t>(random.Uniform(0.0, 1e8));
-                                              std::memcpy(bytes, &value, 4);
-                                            }));
+  const auto read = Normalize(
+      normalizer, CloudWithTime(MakeSweep(kStart, kRings, kColumns, 0.0), "t",
+                                PointDatatype::kUint32, [&](std::uint8_t* bytes, double) {
+                                  const auto value =
+                                      static_cast<std::uint32_t>(random.Uniform(0.0, 1e8));
+                                  std::memcpy(bytes, &value, 4);
+                                }));
   ASSERT_TRUE(read);
   EXPECT_THAT(normalizer.notes(), Contains(HasSubstr("jumps back and forth")));
   EXPECT_EQ(normalizer.repaired().at("sweeps: point times in disorder, times derived"), 1);
@@ -146,11 +163,12 @@ TEST(SweepNormalizer, TimesInDisorderAreNotBelieved) {
 TEST(SweepNormalizer, AFewStaleTimesAreDropped) {
   int index = 0;
   SweepNormalizer normalizer(Spec());
-  const auto read = Normalize(normalizer, CloudWithTime(MakeSweep(kStart, kRings, kColumns, 0.0), "timestamp",
-                                                        PointDatatype::kFloat64, [&](std::uint8_t* bytes, double s) {
-                                                          const double t = index++ % 1000 == 0 ? 0.0 : kStart.seconds() + s;
-                                                          std::memcpy(bytes, &t, 8);
-                                                        }));
+  const auto read = Normalize(
+      normalizer, CloudWithTime(MakeSweep(kStart, kRings, kColumns, 0.0), "timestamp",
+                                PointDatatype::kFloat64, [&](std::uint8_t* bytes, double s) {
+                                  const double t = index++ % 1000 == 0 ? 0.0 : kStart.seconds() + s;
+                                  std::memcpy(bytes, &t, 8);
+                                }));
   ASSERT_TRUE(read) << read.error().message;
   EXPECT_EQ(read->points.size(), static_cast<std::size_t>(kRings * kColumns - 15));
   EXPECT_EQ(normalizer.repaired().at("points: time far outside of the sweep"), 15);
@@ -162,19 +180,22 @@ TEST(SweepNormalizer, SpansThatDoNotFitTheRate) {
   spec.rate_hz = 20.0;
   SweepNormalizer twice(spec);
   const LidarSweep sent = MakeSweep(kStart, kRings, kColumns, 0.0);
-  const auto read = Normalize(twice, CloudWithTime(sent, "time", PointDatatype::kFloat32, Put<float>(1.0)));
+  const auto read =
+      Normalize(twice, CloudWithTime(sent, "time", PointDatatype::kFloat32, Put<float>(1.0)));
   ASSERT_TRUE(read);
   EXPECT_NEAR(read->span.seconds(), 0.1, 1e-3);
   EXPECT_THAT(twice.notes(), Contains(HasSubstr("set lidar.rate_hz to about 10")));
   SweepNormalizer much(Spec());
-  EXPECT_FALSE(Normalize(much, CloudWithTime(sent, "time", PointDatatype::kFloat32, Put<float>(15.0))));
+  EXPECT_FALSE(
+      Normalize(much, CloudWithTime(sent, "time", PointDatatype::kFloat32, Put<float>(15.0))));
   EXPECT_THAT(much.notes(), Contains(HasSubstr("Is lidar.rate_hz right?")));
 }
 
 TEST(SweepNormalizer, OrganisedCloudsWithoutTimesUseColumns) {
   LidarSweep sent = MakeSweep(kStart, 128, 1024, 0.3);
   PointCloud2Data cloud = OusterCloud(sent, Duration::FromMilliseconds(100));
-  std::erase_if(cloud.fields, [](const PointField& field) { return field.name == "t" || field.name == "ring"; });
+  std::erase_if(cloud.fields,
+                [](const PointField& field) { return field.name == "t" || field.name == "ring"; });
   SweepNormalizer normalizer(Spec(128));
   const auto read = Normalize(normalizer, cloud);
   ASSERT_TRUE(read);
@@ -205,8 +226,9 @@ TEST(SweepNormalizer, MotionCompensatedCloudsIgnoreTimes) {
   LidarSpec spec = Spec();
   spec.point_timing = PointTiming::kInstantaneous;
   SweepNormalizer normalizer(spec);
-  const auto read = Normalize(normalizer, CloudWithTime(MakeSweep(kStart, kRings, kColumns, 0.0), "time",
-                                                        PointDatatype::kFloat32, Put<float>(1.0)));
+  const auto read =
+      Normalize(normalizer, CloudWithTime(MakeSweep(kStart, kRings, kColumns, 0.0), "time",
+                                          PointDatatype::kFloat32, Put<float>(1.0)));
   ASSERT_TRUE(read);
   EXPECT_FALSE(read->has_times);
   EXPECT_EQ(read->stamp, kStart);
@@ -215,16 +237,19 @@ TEST(SweepNormalizer, MotionCompensatedCloudsIgnoreTimes) {
 
 TEST(ExtractPoints, LayoutsThatCannotBeRead) {
   SweepNormalizer normalizer(Spec());
-  PointCloud2Data cloud = CloudWithTime(MakeSweep(kStart, 2, 10, 0.0), "t", PointDatatype::kUint32, Put<std::uint32_t>(1e9));
+  PointCloud2Data cloud = CloudWithTime(MakeSweep(kStart, 2, 10, 0.0), "t", PointDatatype::kUint32,
+                                        Put<std::uint32_t>(1e9));
   PointCloud2Data bad = cloud;
   bad.big_endian = true;
   EXPECT_THAT(Normalize(normalizer, bad).error().message, HasSubstr("big-endian"));
   bad = cloud;
   bad.fields[1].datatype = PointDatatype::kInt16;
-  EXPECT_THAT(Normalize(normalizer, bad).error().message, HasSubstr("z float32@0, x int16@4, y float32@8, t uint32@12"));
+  EXPECT_THAT(Normalize(normalizer, bad).error().message,
+              HasSubstr("z float32@0, x int16@4, y float32@8, t uint32@12"));
   bad = cloud;
   bad.fields[3].offset = 24;
-  EXPECT_THAT(Normalize(normalizer, bad).error().message, HasSubstr("'t' (uint32 at offset 24) does not fit into points of 27"));
+  EXPECT_THAT(Normalize(normalizer, bad).error().message,
+              HasSubstr("'t' (uint32 at offset 24) does not fit into points of 27"));
   bad = cloud;
   bad.fields[3].offset = 0xfffffffe;
   EXPECT_THAT(Normalize(normalizer, bad).error().message, HasSubstr("does not fit"));
@@ -235,9 +260,11 @@ TEST(ExtractPoints, LayoutsThatCannotBeRead) {
 
 TEST(Livox, CustomMsgIsReadByItsDefinition) {
   const std::string definition =
-      "# comment\nHeader header\nuint64 timebase  # ns\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\nCustomPoint[] points\n"
+      "# comment\nHeader header\nuint64 timebase  # ns\nuint32 point_num\nuint8 lidar_id\nuint8[3] "
+      "rsvd\nCustomPoint[] points\n"
       "====\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"
-      "====\nMSG: livox_ros_driver/CustomPoint\nuint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\n"
+      "====\nMSG: livox_ros_driver/CustomPoint\nuint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 "
+      "z\nuint8 reflectivity\n"
       "uint8 tag\nuint8 line\n";
   WireWriter writer;
   writer.PutHeader(kStart, "livox");
@@ -274,8 +301,8 @@ TEST(Livox, CustomMsgIsReadByItsDefinition) {
 
 // Any bytes are either a sweep that keeps its promises or an Error.
 TEST(ExtractPoints, SurvivesMutatedMessages) {
-  const RosMessage message = PointCloud2Message(CloudWithTime(MakeSweep(kStart, kRings, 100, 0.1), "time",
-                                                              PointDatatype::kFloat32, Put<float>(1.0)));
+  const RosMessage message = PointCloud2Message(CloudWithTime(
+      MakeSweep(kStart, kRings, 100, 0.1), "time", PointDatatype::kFloat32, Put<float>(1.0)));
   RandomStream random(7);
   int errors = 0;
   for (int round = 0; round < 3000; ++round) {
@@ -283,13 +310,18 @@ TEST(ExtractPoints, SurvivesMutatedMessages) {
     for (int i = 0; i < 3; ++i) {
       // The first 200 bytes hold sizes and fields.
       const double range = round % 4 == 0 ? static_cast<double>(bytes.size()) : 200.0;
-      bytes[static_cast<std::size_t>(random.Uniform(0.0, range))] = static_cast<std::uint8_t>(random.NextBits());
+      bytes[static_cast<std::size_t>(random.Uniform(0.0, range))] =
+          static_cast<std::uint8_t>(random.NextBits());
     }
-    if (round % 5 == 0) bytes.resize(static_cast<std::size_t>(random.Uniform(0.0, static_cast<double>(bytes.size()))));
+    if (round % 5 == 0)
+      bytes.resize(
+          static_cast<std::size_t>(random.Uniform(0.0, static_cast<double>(bytes.size()))));
     SweepNormalizer normalizer(Spec());
     const auto view = ParsePointCloud2(bytes);
-    const auto sweep = view.and_then([&](const PointCloud2View& v) { return ExtractPoints(v, normalizer.filter()); })
-                           .and_then([&](RawSweep raw) { return normalizer.Normalize(std::move(raw)); });
+    const auto sweep =
+        view.and_then(
+                [&](const PointCloud2View& v) { return ExtractPoints(v, normalizer.filter()); })
+            .and_then([&](RawSweep raw) { return normalizer.Normalize(std::move(raw)); });
     errors += sweep ? 0 : 1;
     if (!sweep) continue;
     ASSERT_FALSE(sweep->points.empty());

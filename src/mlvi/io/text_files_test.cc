@@ -63,7 +63,8 @@ TEST(WholeFile, WritersReportOneKindOfError) {
         expect(tl::unexpected(bag.error()), "bag");
         continue;
       }
-      const Expected<void> sent = (*bag)->Write("/imu", test::kStart, ImuMessage({.stamp = test::kStart}));
+      const Expected<void> sent =
+          (*bag)->Write("/imu", test::kStart, ImuMessage({.stamp = test::kStart}));
       if (sent && close) expect((*bag)->Close(), "bag");
     }
   }
@@ -75,7 +76,8 @@ TEST(Tum, RoundTripIsExactInTime) {
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector4d q(random.Normal(), random.Normal(), random.Normal(), random.Normal());
     sent.push_back({.stamp = test::kStart + Duration::FromNanoseconds(100'000'001) * i,
-                    .pose = Pose3(Eigen::Quaterniond(q), {random.Normal(), random.Normal(), random.Normal()})});
+                    .pose = Pose3(Eigen::Quaterniond(q),
+                                  {random.Normal(), random.Normal(), random.Normal()})});
   }
   sent[7].has_rotation = false;
   sent[7].pose = Pose3::FromTranslation({1, 2, 3});
@@ -94,15 +96,19 @@ TEST(Tum, RoundTripIsExactInTime) {
 
 TEST(Tum, ErrorsNameTheLine) {
   EXPECT_THAT(ParseTum("# c\n\n1 2 3\n", "t").error().message, HasSubstr("t:3: 3 columns"));
-  EXPECT_THAT(ParseTum("1 0 0 0 0 0 0 1\n1.5 0 0 nan 0 0 0 1\n", "t").error().message, HasSubstr("t:2: 'nan' in column 4"));
-  EXPECT_THAT(ParseTum("1 0 0 0 0 0 0 2\n", "t").error().message, HasSubstr("quaternion norm 2.0000"));
-  EXPECT_THAT(ParseTum("1403715273262142976 0 0 0 0 0 0 1\n", "t").error().message, HasSubstr("in nanoseconds?"));
+  EXPECT_THAT(ParseTum("1 0 0 0 0 0 0 1\n1.5 0 0 nan 0 0 0 1\n", "t").error().message,
+              HasSubstr("t:2: 'nan' in column 4"));
+  EXPECT_THAT(ParseTum("1 0 0 0 0 0 0 2\n", "t").error().message,
+              HasSubstr("quaternion norm 2.0000"));
+  EXPECT_THAT(ParseTum("1403715273262142976 0 0 0 0 0 0 1\n", "t").error().message,
+              HasSubstr("in nanoseconds?"));
   EXPECT_THAT(ParseTum("# nothing\n", "t").error().message, HasSubstr("no pose"));
   EXPECT_THAT(ReadTum("/nowhere/t").error().message, HasSubstr("does the file exist"));
 }
 
 TEST(Tum, ReadsPublishedFiles) {
-  for (const char* name : {"walk_os0/groundtruth.tum", "evo/fr2_desk_groundtruth.txt", "evo/freiburg1_xyz-rgbdslam.txt"}) {
+  for (const char* name : {"walk_os0/groundtruth.tum", "evo/fr2_desk_groundtruth.txt",
+                           "evo/freiburg1_xyz-rgbdslam.txt"}) {
     const std::string path = test::SharedData(name);
     MLVI_SKIP_WITHOUT(path);
     const auto read = ReadTum(path);
@@ -125,9 +131,11 @@ TEST(Euroc, ReadsTheRecording) {
   EXPECT_NEAR(truth->front().T_world_body.rotation().w(), 0.069433, 1e-6);
   EXPECT_EQ(truth->front().bias.gyroscope.z(), 0.0770299);
   EXPECT_EQ(truth->front().bias.accelerometer.x(), -0.0180115);
-  // At rest, gravity in the body frame is minus the measured force: axes and order of the quaternion are right.
-  const Eigen::Vector3d force = truth->front().T_world_body.rotation() *
-                                (imu->front().linear_acceleration - truth->front().bias.accelerometer);
+  // At rest, gravity in the body frame is minus the measured force: axes and order of the
+  // quaternion are right.
+  const Eigen::Vector3d force =
+      truth->front().T_world_body.rotation() *
+      (imu->front().linear_acceleration - truth->front().bias.accelerometer);
   EXPECT_LT((force - Eigen::Vector3d(0, 0, 9.81)).norm(), 0.5);
 }
 
@@ -143,7 +151,8 @@ TEST(Kalibr, CamchainBecomesCameras) {
   EXPECT_EQ(rig.cameras[0].time_offset.nanoseconds(), -1'800'000);
   // The optical axis is the IMU's x axis, and T_cam_imu maps the camera's centre to zero.
   const Pose3& T_body_cam0 = rig.cameras[0].T_body_camera;
-  EXPECT_LT((T_body_cam0.rotation() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+  EXPECT_LT((T_body_cam0.rotation() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(),
+            1e-12);
   EXPECT_LT((T_body_cam0.translation() - Eigen::Vector3d(0.07, 0.05, -0.02)).norm(), 1e-12);
   // cam1 is 0.11 m along the x axis of cam0.
   const Pose3 T_cam0_cam1 = T_body_cam0.inverse() * rig.cameras[1].T_body_camera;
@@ -162,7 +171,8 @@ TEST(Kalibr, ErrorsLeaveTheRigAlone) {
   EXPECT_TRUE(rig.cameras.empty());
   chain = kCamchain;
   chain.replace(chain.find("equidistant"), 11, "fov");
-  EXPECT_THAT(ImportKalibrCamchainText(chain, "c", rig).error().message, HasSubstr("is not supported"));
+  EXPECT_THAT(ImportKalibrCamchainText(chain, "c", rig).error().message,
+              HasSubstr("is not supported"));
 }
 
 TEST(Kalibr, ImuNoise) {
@@ -191,7 +201,8 @@ struct TestConfig {
 };
 
 TEST(ConfigFile, NestedAndDottedKeys) {
-  for (const char* text : {"size: 2.5\non: true\ninner: {count: 7}\n", "{size: 2.5, on: true, inner.count: 7}"}) {
+  for (const char* text :
+       {"size: 2.5\non: true\ninner: {count: 7}\n", "{size: 2.5, on: true, inner.count: 7}"}) {
     TestConfig config;
     ConfigDeclaration declaration = ConfigDeclaration::Of(config);
     ASSERT_TRUE(ApplyConfigText(text, "c.yaml", declaration));
@@ -209,15 +220,21 @@ TEST(ConfigFile, NestedAndDottedKeys) {
 TEST(ConfigFile, Errors) {
   TestConfig config;
   ConfigDeclaration declaration = ConfigDeclaration::Of(config);
-  const auto error = [&](const char* text) { return ApplyConfigText(text, "c.yaml", declaration).error().message; };
-  EXPECT_THAT(error("size: 1\ninner:\n  cuont: 2\n"), HasSubstr("c.yaml:3: unknown configuration key 'inner.cuont'; did you mean 'inner.count'?"));
+  const auto error = [&](const char* text) {
+    return ApplyConfigText(text, "c.yaml", declaration).error().message;
+  };
+  EXPECT_THAT(
+      error("size: 1\ninner:\n  cuont: 2\n"),
+      HasSubstr("c.yaml:3: unknown configuration key 'inner.cuont'; did you mean 'inner.count'?"));
   EXPECT_THAT(error("size: 9"), HasSubstr("must be finite and in [0, 5]"));
   EXPECT_THAT(error("inner: {count: 1}\ninner.count: 2"), HasSubstr("given twice"));
   EXPECT_THAT(error("size: [1]"), HasSubstr("expected a value"));
   EXPECT_THAT(error("just text"), HasSubstr("expected a map"));
   EXPECT_TRUE(ApplyConfigText("# nothing\n", "c.yaml", declaration));
-  EXPECT_THAT(ApplyConfigFile("/nowhere.yaml", declaration).error().message, HasSubstr("does the file exist"));
-  EXPECT_THAT(ApplyConfigFile(::testing::TempDir(), declaration).error().message, HasSubstr("it is a folder"));
+  EXPECT_THAT(ApplyConfigFile("/nowhere.yaml", declaration).error().message,
+              HasSubstr("does the file exist"));
+  EXPECT_THAT(ApplyConfigFile(::testing::TempDir(), declaration).error().message,
+              HasSubstr("it is a folder"));
 }
 
 }  // namespace

@@ -31,16 +31,16 @@ std::vector<TableLine> SplitTable(std::string_view text) {
 Expected<std::vector<double>> Numbers(const TableLine& line, std::size_t first, std::size_t count,
                                       const std::string& origin) {
   if (line.words.size() < first + count) {
-    return MakeError(ErrorKind::kInput, "{}:{}: {} columns, expected at least {}", origin, line.number,
-                     line.words.size(), first + count);
+    return MakeError(ErrorKind::kInput, "{}:{}: {} columns, expected at least {}", origin,
+                     line.number, line.words.size(), first + count);
   }
   std::vector<double> numbers;
   for (std::size_t i = first; i < first + count; ++i) {
     char* end = nullptr;
     const double value = std::strtod(line.words[i].c_str(), &end);
     if (*end != '\0' || !std::isfinite(value)) {
-      return MakeError(ErrorKind::kInput, "{}:{}: '{}' in column {} is no finite number", origin, line.number,
-                       line.words[i], i + 1);
+      return MakeError(ErrorKind::kInput, "{}:{}: '{}' in column {} is no finite number", origin,
+                       line.number, line.words[i], i + 1);
     }
     numbers.push_back(value);
   }

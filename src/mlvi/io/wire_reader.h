@@ -18,8 +18,8 @@ static_assert(std::endian::native == std::endian::little, "ROS messages are litt
 
 using ByteSpan = std::span<const std::uint8_t>;
 
-// Reads serialised ROS 1 data front to back. A read beyond the end yields zero, and ok() is false from then on: so a
-// parser reads all fields and checks once.
+// Reads serialised ROS 1 data front to back. A read beyond the end yields zero, and ok() is false
+// from then on: so a parser reads all fields and checks once.
 class WireReader {
  public:
   explicit WireReader(ByteSpan bytes) : bytes_(bytes) {}

@@ -119,7 +119,8 @@ bool YamlSection::Read(std::string_view key, Duration& seconds) {
   if (std::abs(value) < 1e6) {
     seconds = Duration::FromSeconds(value);
   } else {
-    Report(fmt::format("{} = {}: a time offset in seconds below 1e6 is expected", PathOf(key), value));
+    Report(
+        fmt::format("{} = {}: a time offset in seconds below 1e6 is expected", PathOf(key), value));
   }
   return true;
 }
@@ -232,9 +233,11 @@ void YamlSection::Finish() {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
       const std::string nearest = NearestName(key, known_);
-      errors_.Report(entry.first, fmt::format("unknown key '{}'{}", PathOf(key),
-                                              nearest.empty() ? fmt::format("; known are {}", fmt::join(known_, ", "))
-                                                              : fmt::format("; did you mean '{}'?", PathOf(nearest))));
+      errors_.Report(
+          entry.first,
+          fmt::format("unknown key '{}'{}", PathOf(key),
+                      nearest.empty() ? fmt::format("; known are {}", fmt::join(known_, ", "))
+                                      : fmt::format("; did you mean '{}'?", PathOf(nearest))));
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
       errors_.Report(entry.first, fmt::format("key '{}' is given twice", PathOf(key)));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Strict reading of YAML maps: every key is either read or an error, missing keys are named, and messages carry file,
-// line and the dotted path of the value. The first error of a document wins.
+// Strict reading of YAML maps: every key is either read or an error, missing keys are named, and
+// messages carry file, line and the dotted path of the value. The first error of a document wins.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -20,7 +20,8 @@
 
 namespace mlvi {
 
-// Parses the document; a syntax error becomes an Error with line and column. `origin` names it in messages.
+// Parses the document; a syntax error becomes an Error with line and column. `origin` names it in
+// messages.
 Expected<YAML::Node> ParseYaml(const std::string& text, const std::string& origin);
 
 // Where the errors of one document go.
@@ -38,7 +39,8 @@ class YamlErrors {
   std::optional<Error> first_;
 };
 
-// One map of the document. Read its keys, then call Finish(), which reports keys that nobody asked for.
+// One map of the document. Read its keys, then call Finish(), which reports keys that nobody asked
+// for.
 class YamlSection {
  public:
   // `errors` must outlive the section. A node that is no map is reported.

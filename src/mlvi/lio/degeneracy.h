@@ -30,8 +30,8 @@ struct DegenerateDirections {
 // information is feigned.
 //
 // `last_axis` is the lone axis of the previous sweep, with which a lone axis of this one is
-// averaged. Were it taken anew each time, its small random turns would leak lateral information into
-// the axis: 1 mm across, seen under directions that differ by 1e-3, feigns 1 m lengthwise per
+// averaged. Were it taken anew each time, its small random turns would leak lateral information
+// into the axis: 1 mm across, seen under directions that differ by 1e-3, feigns 1 m lengthwise per
 // sweep, 6 cm after 300 sweeps.
 DegenerateDirections FindDegeneracy(const Matrix6d& information, const Matrix6d& feigned,
                                     const Eigen::Quaterniond& R_world_body,

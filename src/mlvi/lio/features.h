@@ -23,7 +23,7 @@ struct SweepFeatures {
   // last one, in [0, 1].
   std::vector<float> plane_lags, edge_lags;
   DeskewError deskew;  // what is known of the motion within the sweep; nothing unknown by default
-  std::string note;  // why the variant asked for was not possible; empty otherwise
+  std::string note;    // why the variant asked for was not possible; empty otherwise
 };
 
 // Features of a deskewed sweep by the variant of `config`. Edges need rings: a sweep without them

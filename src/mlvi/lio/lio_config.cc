@@ -38,10 +38,11 @@ void RegistrationConfig::Declare(ConfigDeclaration& d) {
           "Standard deviations are scaled to what the residuals show, down to this", {0.01, 1.0});
   d.Field("max_noise_scale", max_noise_scale, "",
           "Standard deviations are scaled to what the residuals show, up to this", {1.0, 100.0});
-  d.Field("min_map_noise", min_map_noise, "m",
-          "Standard deviation that map points are supposed to have: counts as three points of a fit, "
-          "and is scaled to what residuals show as all noise is",
-          {0.001, 0.5});
+  d.Field(
+      "min_map_noise", min_map_noise, "m",
+      "Standard deviation that map points are supposed to have: counts as three points of a fit, "
+      "and is scaled to what residuals show as all noise is",
+      {0.001, 0.5});
   d.Field("max_normal_sigma", max_normal_sigma, "rad",
           "Fits whose normal is known worse than this are not used", {0.001, 1.0});
   d.Field("step_tolerance_m", step_tolerance_m, "m", "Converged when the last step is below this",

@@ -62,8 +62,8 @@ struct PanoramaOptions {
 
 class PanoramaModel {
  public:
-  // Masks must have the size of their images (Rig::Validate). Errors (kConfiguration): no cameras, a camera at or outside
-  // of the sphere.
+  // Masks must have the size of their images (Rig::Validate). Errors (kConfiguration): no cameras,
+  // a camera at or outside of the sphere.
   static Expected<PanoramaModel> FromRig(const Rig& rig, const PanoramaOptions& options = {});
 
   int cameras() const { return static_cast<int>(cameras_.size()); }
@@ -93,7 +93,7 @@ class PanoramaModel {
     std::shared_ptr<const CameraModel> model;
     Pose3 T_pano_camera;
     Eigen::Matrix3d R_pano_camera = Eigen::Matrix3d::Identity();
-    double valid_radius_px = 0.0;  // 0: no limit
+    double valid_radius_px = 0.0;       // 0: no limit
     std::shared_ptr<const Image> mask;  // null: none
   };
   PanoramaModel() = default;

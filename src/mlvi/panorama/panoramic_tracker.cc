@@ -27,7 +27,7 @@ struct PredictedView {
 };
 
 PredictedView PredictView(const PanoramaModel& model, const PanoramicObservation& o,
-                      double inverse_depth, const PredictedMotion& motion) {
+                          double inverse_depth, const PredictedMotion& motion) {
   const Eigen::Vector3d offset = model.T_pano_camera(o.camera).translation();
   const Eigen::Vector3d ray = PredictedPoint(o, inverse_depth, motion) - inverse_depth * offset;
   const auto pixel = model.ProjectDirection(o.camera, ray);
@@ -118,8 +118,7 @@ std::vector<PanoramicTracker::CameraTracks> PanoramicTracker::Predict(
     }
     const double inverse_depth = hints.inverse_depth ? hints.inverse_depth(track.id) : 0.0;
     cameras[camera].ids.push_back(track.id);
-    const PredictedView view =
-        PredictView(model_, last, inverse_depth, motion->second);
+    const PredictedView view = PredictView(model_, last, inverse_depth, motion->second);
     cameras[camera].requests.push_back({last.pixel, view.pixel});
     cameras[camera].changes.push_back({motion->second.R_earlier_current, view.nearer});
   }

@@ -61,8 +61,9 @@ struct TrackingSummary {
 };
 
 // From the images of all cameras to the tracks of the sphere: flow from predicted places,
-// forward-backward check, alignment with the window of the first image, one RANSAC, new features in empty cells. Cameras run in parallel and may
-// come and go: one without an image keeps its tracks for `max_gap`.
+// forward-backward check, alignment with the window of the first image, one RANSAC, new features in
+// empty cells. Cameras run in parallel and may come and go: one without an image keeps its tracks
+// for `max_gap`.
 class PanoramicTracker {
  public:
   // The model is copied; set_model replaces it when calibration changes (lens models and masks

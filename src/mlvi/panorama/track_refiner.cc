@@ -56,7 +56,8 @@ std::vector<std::optional<PanoramicObservation>> TrackRefiner::Refine(
   std::vector<std::optional<PanoramicObservation>> refined(requests.size());
   if (!config_.enabled) return refined;
   std::vector<std::optional<Reference>*> references;
-  for (const RefinementRequest& request : requests) references.push_back(&references_[request.track]);
+  for (const RefinementRequest& request : requests)
+    references.push_back(&references_[request.track]);
   ParallelFor(requests.size(), 16, [&](std::size_t i) {
     const auto camera = static_cast<std::size_t>(requests[i].observation.camera);
     refined[i] = RefineOne(model, requests[i], *images[camera], *references[i]);

@@ -10,11 +10,11 @@
 namespace mlvi {
 namespace {
 
-// A camera stands out when it is worse than the median of the others by this factor and bad by itself as well. Cameras
-// that see different things (a near wall, the sky) differ by less than two.
+// A camera stands out when it is worse than the median of the others by this factor and bad by
+// itself as well. Cameras that see different things (a near wall, the sky) differ by less than two.
 constexpr double kFactor = 2.5;
-constexpr double kBadRms = 1.5;        // px
-constexpr double kBadRejection = 0.15; // share
+constexpr double kBadRms = 1.5;         // px
+constexpr double kBadRejection = 0.15;  // share
 // Fewer observations say nothing.
 constexpr std::int64_t kEnough = 200;
 
@@ -66,10 +66,13 @@ Health CameraFit::Judge(int camera) const {
   const bool residuals = own.rms_px() > std::max(kBadRms, kFactor * others_rms);
   const bool rejections = own.rejected_share() > std::max(kBadRejection, kFactor * others_rejected);
   if (!residuals && !rejections) return {};
-  return {HealthLevel::kDegraded,
-          fmt::format("does not fit the other cameras: residuals {:.2f} px rms (others {:.2f}), {:.0f} % of its tracks "
-                      "rejected (others {:.0f} %). Likely wrong extrinsics, intrinsics or time offset of this camera.",
-                      own.rms_px(), others_rms, 100.0 * own.rejected_share(), 100.0 * others_rejected)};
+  return {
+      HealthLevel::kDegraded,
+      fmt::format("does not fit the other cameras: residuals {:.2f} px rms (others {:.2f}), {:.0f} "
+                  "% of its tracks "
+                  "rejected (others {:.0f} %). Likely wrong extrinsics, intrinsics or time offset "
+                  "of this camera.",
+                  own.rms_px(), others_rms, 100.0 * own.rejected_share(), 100.0 * others_rejected)};
 }
 
 }  // namespace mlvi

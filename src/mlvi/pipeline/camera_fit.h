@@ -11,21 +11,23 @@
 
 namespace mlvi {
 
-// How well each camera agrees with the common motion: the residuals of its features in the window and the share of its
-// tracks that the RANSAC turns down. One camera that stands out has a wrong calibration, most likely.
+// How well each camera agrees with the common motion: the residuals of its features in the window
+// and the share of its tracks that the RANSAC turns down. One camera that stands out has a wrong
+// calibration, most likely.
 class CameraFit {
  public:
   struct Figures {
-    std::int64_t followed = 0;   // observations of tracks, rejected ones included
-    std::int64_t rejected = 0;   // of these, against the common motion
-    std::int64_t alive = 0;      // sum over the sets
-    double squares = 0.0;        // px^2, sum over sets of the mean squared residual per axis
-    std::int64_t rated_sets = 0; // with residuals
+    std::int64_t followed = 0;    // observations of tracks, rejected ones included
+    std::int64_t rejected = 0;    // of these, against the common motion
+    std::int64_t alive = 0;       // sum over the sets
+    double squares = 0.0;         // px^2, sum over sets of the mean squared residual per axis
+    std::int64_t rated_sets = 0;  // with residuals
     double rms_px() const;
     double rejected_share() const;
   };
 
-  explicit CameraFit(std::vector<std::string> names) : names_(std::move(names)), figures_(names_.size()) {}
+  explicit CameraFit(std::vector<std::string> names)
+      : names_(std::move(names)), figures_(names_.size()) {}
 
   void Add(const VioResult& result);
   // Healthy, or degraded with the figures of this camera and of the others.

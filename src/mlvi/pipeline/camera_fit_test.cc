@@ -16,7 +16,8 @@ VioResult Result(std::vector<double> rms, std::vector<int> outliers) {
   result.status = VioResult::Status::kTracking;
   result.camera_rms_px = std::move(rms);
   for (const int count : outliers) {
-    result.tracking.cameras.push_back({.followed = 50 - count, .lost = 0, .outliers = count, .alive = 50});
+    result.tracking.cameras.push_back(
+        {.followed = 50 - count, .lost = 0, .outliers = count, .alive = 50});
   }
   return result;
 }
@@ -29,7 +30,8 @@ CameraFit After(int sets, const VioResult& result) {
 
 TEST(CameraFit, CamerasThatAgreeAreHealthy) {
   const CameraFit fit = After(20, Result({0.5, 0.7, 0.9}, {1, 2, 3}));
-  for (int camera = 0; camera < 3; ++camera) EXPECT_EQ(fit.Judge(camera).level, HealthLevel::kHealthy);
+  for (int camera = 0; camera < 3; ++camera)
+    EXPECT_EQ(fit.Judge(camera).level, HealthLevel::kHealthy);
   EXPECT_NEAR(fit.figures()[1].rms_px(), 0.7, 1e-12);
   EXPECT_NEAR(fit.figures()[2].rejected_share(), 0.06, 1e-12);
 }
@@ -37,7 +39,8 @@ TEST(CameraFit, CamerasThatAgreeAreHealthy) {
 TEST(CameraFit, TheOneWithLargeResidualsIsNamedWithFigures) {
   const CameraFit fit = After(20, Result({0.5, 2.4, 0.6}, {1, 4, 1}));
   EXPECT_EQ(fit.Judge(1).level, HealthLevel::kDegraded);
-  EXPECT_THAT(fit.Judge(1).reason, HasSubstr("residuals 2.40 px rms (others 0.60), 8 % of its tracks rejected"));
+  EXPECT_THAT(fit.Judge(1).reason,
+              HasSubstr("residuals 2.40 px rms (others 0.60), 8 % of its tracks rejected"));
   EXPECT_EQ(fit.Judge(0).level, HealthLevel::kHealthy);
   EXPECT_EQ(fit.Judge(2).level, HealthLevel::kHealthy);
 }

@@ -18,15 +18,18 @@ constexpr std::size_t kStride = 13;
 // FNV-1a over a share of the pixels.
 std::uint64_t Fingerprint(const Image& image) {
   std::uint64_t hash = 14695981039346656037ULL;
-  for (std::size_t i = 0; i < image.pixels.size(); i += kStride) hash = (hash ^ image.pixels[i]) * 1099511628211ULL;
+  for (std::size_t i = 0; i < image.pixels.size(); i += kStride)
+    hash = (hash ^ image.pixels[i]) * 1099511628211ULL;
   return hash;
 }
 
-// The grey value that 95 % of the pixels stay below: a lamp or two do not make a dark picture bright.
+// The grey value that 95 % of the pixels stay below: a lamp or two do not make a dark picture
+// bright.
 int BrightPercentile(const Image& image) {
   std::array<std::size_t, 256> histogram{};
   std::size_t count = 0;
-  for (std::size_t i = 0; i < image.pixels.size(); i += kStride, ++count) ++histogram[image.pixels[i]];
+  for (std::size_t i = 0; i < image.pixels.size(); i += kStride, ++count)
+    ++histogram[image.pixels[i]];
   std::size_t below = 0;
   for (std::size_t grey = 0; grey < histogram.size(); ++grey) {
     below += histogram[grey];
@@ -38,11 +41,14 @@ int BrightPercentile(const Image& image) {
 }  // namespace
 
 void CameraWatchConfig::Declare(ConfigDeclaration& d) {
-  d.Field("gap_periods", gap_periods, "periods", "A longer distance of images of one camera is a gap", {1.5, 1e4});
-  d.Field("silent_after", silent_after, "s", "A camera without images for this long is reported as silent", {0.1, 1e4});
-  d.Field("dark_level", dark_level, "grey values", "A picture is dark when 95 % of it stay below this", {0.0, 255.0});
-  d.Field("degraded_share", degraded_share, "", "A camera with a larger share of unusable images is degraded",
-          {0.0, 1.0});
+  d.Field("gap_periods", gap_periods, "periods",
+          "A longer distance of images of one camera is a gap", {1.5, 1e4});
+  d.Field("silent_after", silent_after, "s",
+          "A camera without images for this long is reported as silent", {0.1, 1e4});
+  d.Field("dark_level", dark_level, "grey values",
+          "A picture is dark when 95 % of it stay below this", {0.0, 255.0});
+  d.Field("degraded_share", degraded_share, "",
+          "A camera with a larger share of unusable images is degraded", {0.0, 1.0});
 }
 
 CameraWatch::CameraWatch(const CameraWatchConfig& config, const Rig& rig, const EventBus& events)
@@ -70,14 +76,16 @@ ImageSet CameraWatch::Inspect(ImageSet set) {
 bool CameraWatch::IsFrozen(const Image& image, Watched& camera) {
   const std::uint64_t fingerprint = Fingerprint(image);
   // Black is black: a dark picture may well repeat.
-  const bool repeats = camera.report.received > 1 && fingerprint == camera.fingerprint && camera.dark_in_a_row == 0;
+  const bool repeats =
+      camera.report.received > 1 && fingerprint == camera.fingerprint && camera.dark_in_a_row == 0;
   camera.fingerprint = fingerprint;
   camera.frozen_in_a_row = repeats ? camera.frozen_in_a_row + 1 : 0;
   if (!repeats) return false;
   ++camera.frozen;
   if (camera.frozen_in_a_row == kReportAfter) {
     Warn(camera, image.stamp,
-         fmt::format("frozen: {} times the same picture in a row before {}; its images are not used until they change. "
+         fmt::format("frozen: {} times the same picture in a row before {}; its images are not "
+                     "used until they change. "
                      "Likely the camera or its driver hangs.",
                      kReportAfter, ToString(image.stamp)));
   }
@@ -92,7 +100,8 @@ void CameraWatch::ObserveGap(const Image& image, Watched& camera) {
     camera.report.longest_gap = std::max(camera.report.longest_gap, interval.seconds());
     if (camera.report.gaps++ == 0) {
       Warn(camera, image.stamp,
-           fmt::format("gap of {:.3f} s before {} (shortest period {:.4f} s); its tracks are continued when it is short "
+           fmt::format("gap of {:.3f} s before {} (shortest period {:.4f} s); its tracks are "
+                       "continued when it is short "
                        "enough, else begun anew. Further gaps are counted in the summary.",
                        interval.seconds(), ToString(image.stamp), camera.period.seconds()));
     }
@@ -111,10 +120,13 @@ void CameraWatch::ObserveLight(const Image& image, Watched& camera) {
   if (!dark) return;
   ++camera.dark;
   if (camera.dark == kReportAfter) {
-    Warn(camera, image.stamp,
-         fmt::format("dark: 95 % of the picture at {} are below grey value {}. Lens covered, no light, or exposure too "
-                     "short; it gives few features or none. Further dark images are counted in the summary.",
-                     ToString(image.stamp), bright));
+    Warn(
+        camera, image.stamp,
+        fmt::format(
+            "dark: 95 % of the picture at {} are below grey value {}. Lens covered, no light, or "
+            "exposure too "
+            "short; it gives few features or none. Further dark images are counted in the summary.",
+            ToString(image.stamp), bright));
   }
 }
 
@@ -127,9 +139,11 @@ void CameraWatch::Advance(Time now) {
     camera.silent = true;
     Warn(camera, now_,
          camera.newest.valid()
-             ? fmt::format("silent: no image since {}; the other sensors go on without it.", ToString(camera.newest))
-             : fmt::format("silent: no image in the first {:.1f} s; the other sensors go on without it.",
-                           config_.silent_after));
+             ? fmt::format("silent: no image since {}; the other sensors go on without it.",
+                           ToString(camera.newest))
+             : fmt::format(
+                   "silent: no image in the first {:.1f} s; the other sensors go on without it.",
+                   config_.silent_after));
   }
 }
 
@@ -151,27 +165,32 @@ Health CameraWatch::Judge(const Watched& camera) const {
     return {HealthLevel::kFailed, "no image could be used: " + DroppedText(report, "images")};
   }
   if (camera.silent) {
-    return {HealthLevel::kFailed, fmt::format("no image after {}, {:.1f} s before the end", ToString(camera.newest),
-                                              (now_ - camera.newest).seconds())};
+    return {HealthLevel::kFailed,
+            fmt::format("no image after {}, {:.1f} s before the end", ToString(camera.newest),
+                        (now_ - camera.newest).seconds())};
   }
   const auto received = static_cast<double>(report.received);
   if (camera.frozen >= kReportAfter) {
-    return {HealthLevel::kDegraded, fmt::format("frozen in {} of {} images", camera.frozen, report.received)};
+    return {HealthLevel::kDegraded,
+            fmt::format("frozen in {} of {} images", camera.frozen, report.received)};
   }
   if (SuffersFromDrops(report, config_.degraded_share)) {
     return {HealthLevel::kDegraded, DroppedText(report, "images")};
   }
   if (static_cast<double>(camera.dark) > config_.degraded_share * received) {
-    return {HealthLevel::kDegraded, fmt::format("dark in {} of {} images", camera.dark, report.received)};
+    return {HealthLevel::kDegraded,
+            fmt::format("dark in {} of {} images", camera.dark, report.received)};
   }
   if (report.gaps > 0) {
-    return {HealthLevel::kDegraded, fmt::format("{} gaps, the longest {:.3f} s", report.gaps, report.longest_gap)};
+    return {HealthLevel::kDegraded,
+            fmt::format("{} gaps, the longest {:.3f} s", report.gaps, report.longest_gap)};
   }
   return {};
 }
 
 void CameraWatch::Warn(const Watched& camera, Time stamp, const std::string& message) const {
-  events_.Raise({.stamp = stamp, .severity = Severity::kWarning, .source = camera.name, .message = message});
+  events_.Raise(
+      {.stamp = stamp, .severity = Severity::kWarning, .source = camera.name, .message = message});
 }
 
 std::map<std::string, StreamReport> CameraWatch::Reports() const {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Watches the cameras one by one: dead, frozen and dark ones, gaps. It judges what arrives; what the estimator thinks of
-// a camera is judged beside it.
+// Watches the cameras one by one: dead, frozen and dark ones, gaps. It judges what arrives; what
+// the estimator thinks of a camera is judged beside it.
 #pragma once
 
 #include <map>
@@ -19,8 +19,8 @@ namespace mlvi {
 
 struct CameraWatchConfig {
   double gap_periods = 2.5;
-  double silent_after = 2.0;   // s
-  double dark_level = 12.0;    // grey values
+  double silent_after = 2.0;  // s
+  double dark_level = 12.0;   // grey values
   double degraded_share = 0.2;
   void Declare(ConfigDeclaration& d);
 };
@@ -30,8 +30,8 @@ class CameraWatch {
   // `events` must outlive the instance.
   CameraWatch(const CameraWatchConfig& config, const Rig& rig, const EventBus& events);
 
-  // Takes note of a set, in order of time, and takes out images that repeat their predecessor bit by bit: a camera or
-  // driver that hangs. Noise makes every picture of a living sensor different.
+  // Takes note of a set, in order of time, and takes out images that repeat their predecessor bit
+  // by bit: a camera or driver that hangs. Noise makes every picture of a living sensor different.
   ImageSet Inspect(ImageSet set);
   // Tells how far time has come: who is silent is reported while the recording runs.
   void Advance(Time now);

@@ -19,7 +19,8 @@ using ::testing::IsEmpty;
 class CameraWatchTest : public ::testing::Test {
  protected:
   CameraWatchTest() {
-    events_.Subscribe([this](const Event& event) { messages_.push_back(event.source + " " + event.message); });
+    events_.Subscribe(
+        [this](const Event& event) { messages_.push_back(event.source + " " + event.message); });
   }
   static Rig TwoCameras() {
     Rig rig;
@@ -34,7 +35,8 @@ class CameraWatchTest : public ::testing::Test {
   Image Picture(int camera, double stamp, double level = 120.0) {
     Image image{.stamp = At(stamp), .camera = camera, .width = 40, .height = 30};
     for (int i = 0; i < 1200; ++i) {
-      image.pixels.push_back(static_cast<std::uint8_t>(std::clamp(level + 3.0 * random_.Normal(), 0.0, 255.0)));
+      image.pixels.push_back(
+          static_cast<std::uint8_t>(std::clamp(level + 3.0 * random_.Normal(), 0.0, 255.0)));
     }
     return image;
   }
@@ -42,7 +44,8 @@ class CameraWatchTest : public ::testing::Test {
   std::vector<int> Inspect(std::vector<Image> images) {
     const Time stamp = images.back().stamp;
     std::vector<int> cameras;
-    for (const Image& image : watch_.Inspect({stamp, std::move(images)}).images) cameras.push_back(image.camera);
+    for (const Image& image : watch_.Inspect({stamp, std::move(images)}).images)
+      cameras.push_back(image.camera);
     return cameras;
   }
   StreamReport Report(const std::string& camera) {

@@ -9,12 +9,13 @@
 namespace mlvi {
 namespace {
 
-// A camera that has not delivered for this long is not waited for. For this long after the first image all are, whatever
-// their rates, which are not known yet.
+// A camera that has not delivered for this long is not waited for. For this long after the first
+// image all are, whatever their rates, which are not known yet.
 constexpr Duration kSilence = Duration::FromMilliseconds(1000);
 
 bool Holds(const ImageSet& set, int camera) {
-  return std::any_of(set.images.begin(), set.images.end(), [&](const Image& image) { return image.camera == camera; });
+  return std::any_of(set.images.begin(), set.images.end(),
+                     [&](const Image& image) { return image.camera == camera; });
 }
 
 // The shortest of recent intervals: a lost image must not make the camera look slow.
@@ -32,12 +33,13 @@ ImageSetBuilder::ImageSetBuilder(const ImageSetConfig& config, int cameras)
       late_(static_cast<std::size_t>(cameras), 0) {}
 
 std::vector<ImageSet> ImageSetBuilder::Push(Image image) {
-  MLVI_CHECK(image.camera >= 0 && static_cast<std::size_t>(image.camera) < streams_.size(), "camera {} of {}",
-             image.camera, streams_.size());
+  MLVI_CHECK(image.camera >= 0 && static_cast<std::size_t>(image.camera) < streams_.size(),
+             "camera {} of {}", image.camera, streams_.size());
   Stream& stream = streams_[static_cast<std::size_t>(image.camera)];
-  MLVI_CHECK(!stream.newest.valid() || image.stamp > stream.newest, "camera {}: {} after {}", image.camera,
-             ToString(image.stamp), ToString(stream.newest));
-  if (stream.newest.valid()) stream.period = UpdatedPeriod(stream.period, image.stamp - stream.newest);
+  MLVI_CHECK(!stream.newest.valid() || image.stamp > stream.newest, "camera {}: {} after {}",
+             image.camera, ToString(image.stamp), ToString(stream.newest));
+  if (stream.newest.valid())
+    stream.period = UpdatedPeriod(stream.period, image.stamp - stream.newest);
   stream.newest = image.stamp;
   if (!first_.valid()) first_ = image.stamp;
   now_ = std::max(now_, image.stamp);
@@ -65,16 +67,19 @@ std::vector<ImageSet> ImageSetBuilder::Flush() {
 ImageSetBuilder::Pending& ImageSetBuilder::SetOf(const Image& image) {
   for (Pending& pending : pending_) {
     const Duration difference = image.stamp - pending.anchor;
-    if (difference <= tolerance_ && -difference <= tolerance_ && !Holds(pending.set, image.camera)) return pending;
+    if (difference <= tolerance_ && -difference <= tolerance_ && !Holds(pending.set, image.camera))
+      return pending;
   }
-  const auto behind = std::upper_bound(pending_.begin(), pending_.end(), image.stamp,
-                                       [](Time t, const Pending& pending) { return t < pending.anchor; });
+  const auto behind =
+      std::upper_bound(pending_.begin(), pending_.end(), image.stamp,
+                       [](Time t, const Pending& pending) { return t < pending.anchor; });
   return *pending_.insert(behind, Pending{.anchor = image.stamp, .set = {}});
 }
 
 std::vector<ImageSet> ImageSetBuilder::Release() {
   std::vector<ImageSet> sets;
-  while (!pending_.empty() && (IsComplete(pending_.front()) || now_ - pending_.front().anchor > max_wait_)) {
+  while (!pending_.empty() &&
+         (IsComplete(pending_.front()) || now_ - pending_.front().anchor > max_wait_)) {
     left_ = pending_.front().anchor;
     sets.push_back(std::move(pending_.front().set));
     pending_.pop_front();

@@ -15,23 +15,26 @@ struct ImageSetConfig {
   double max_wait = 0.1;     // s
   double max_rate = 15.0;    // Hz
   void Declare(ConfigDeclaration& d) {
-    d.Field("tolerance", tolerance, "s",
-            "Images of different cameras nearer in time than this form a set; each keeps its own stamp", {0.0, 0.1});
-    d.Field("max_wait", max_wait, "s", "A set is handed on without a camera whose image is later than this",
-            {0.0, 2.0});
+    d.Field(
+        "tolerance", tolerance, "s",
+        "Images of different cameras nearer in time than this form a set; each keeps its own stamp",
+        {0.0, 0.1});
+    d.Field("max_wait", max_wait, "s",
+            "A set is handed on without a camera whose image is later than this", {0.0, 2.0});
     d.Field("max_rate", max_rate, "Hz",
-            "Images beyond this rate per camera are left out before they are decoded; 0 uses all", {0.0, 1000.0});
+            "Images beyond this rate per camera are left out before they are decoded; 0 uses all",
+            {0.0, 1000.0});
   }
 };
 
-// Images of all cameras to sets of one instant. Cameras may have different rates, be triggered at different times, lose
-// images or die: a set waits only for cameras that are due, and not for long.
+// Images of all cameras to sets of one instant. Cameras may have different rates, be triggered at
+// different times, lose images or die: a set waits only for cameras that are due, and not for long.
 class ImageSetBuilder {
  public:
   ImageSetBuilder(const ImageSetConfig& config, int cameras);
 
-  // Takes an image; stamps of one camera rise. Returns the sets that need not wait any longer, in order of time, images
-  // in order of cameras.
+  // Takes an image; stamps of one camera rise. Returns the sets that need not wait any longer, in
+  // order of time, images in order of cameras.
   std::vector<ImageSet> Push(Image image);
   // Tells how far time has come, and returns the sets that have waited long enough.
   std::vector<ImageSet> Advance(Time now);
@@ -59,7 +62,8 @@ class ImageSetBuilder {
   Duration tolerance_, max_wait_;
   std::vector<Stream> streams_;
   std::deque<Pending> pending_;  // by anchor
-  Time first_, now_, left_;      // first image; newest instant known; anchor of the newest set handed on
+  // First image; newest instant known; anchor of the newest set handed on.
+  Time first_, now_, left_;
   std::vector<std::int64_t> late_;
 };
 

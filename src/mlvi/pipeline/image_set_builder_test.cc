@@ -16,7 +16,8 @@ using ::testing::ElementsAre;
 
 Time At(double seconds) { return Time::FromSeconds(100.0 + seconds); }
 
-// Sends images in the order of their arrival and notes when each set came out, and with which cameras.
+// Sends images in the order of their arrival and notes when each set came out, and with which
+// cameras.
 class ImageSets : public ::testing::Test {
  protected:
   struct Arrival {
@@ -47,7 +48,8 @@ class ImageSets : public ::testing::Test {
     }
     take(builder.Flush());
     late_ = builder.late();
-    for (std::size_t i = 1; i < left.size(); ++i) EXPECT_GT(left[i].set.stamp, left[i - 1].set.stamp);
+    for (std::size_t i = 1; i < left.size(); ++i)
+      EXPECT_GT(left[i].set.stamp, left[i - 1].set.stamp);
     return left;
   }
   static std::vector<int> Cameras(const ImageSet& set) {
@@ -69,7 +71,8 @@ class ImageSets : public ::testing::Test {
 TEST_F(ImageSets, SynchronousCamerasFormOneSetPerInstant) {
   RandomStream random(1);
   for (int i = 0; i < 100; ++i) {
-    for (int camera = 0; camera < 4; ++camera) Send(camera, 0.05 * i + 1e-3 * random.Uniform(), 0.02 * random.Uniform());
+    for (int camera = 0; camera < 4; ++camera)
+      Send(camera, 0.05 * i + 1e-3 * random.Uniform(), 0.02 * random.Uniform());
   }
   const std::vector<Left> left = Run(4);
   const auto counts = Count(left);
@@ -118,7 +121,7 @@ TEST_F(ImageSets, ACameraThatNeverComesOrComesBackIsNoTrouble) {
     if (i < 20 || i >= 60) Send(1, 0.05 * i);
   }
   const auto counts = Count(Run(3));  // camera 2 never comes
-  EXPECT_EQ(counts.at({0, 1}), 59);  // nobody waits for the first one after the silence
+  EXPECT_EQ(counts.at({0, 1}), 59);   // nobody waits for the first one after the silence
   EXPECT_EQ(counts.at({0}), 41);
 }
 

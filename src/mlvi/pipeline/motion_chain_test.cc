@@ -12,7 +12,9 @@ namespace {
 Time At(int step) { return Time::FromSeconds(10.0 + 0.1 * step); }
 
 Pose3 RandomPose(RandomStream& random, double size) {
-  const auto vector = [&] { return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()); };
+  const auto vector = [&] {
+    return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
+  };
   return Pose3(ExpSo3(size * vector()), size * vector());
 }
 
@@ -24,12 +26,14 @@ MotionPrior Step(int from, RandomStream& random) {
   return step;
 }
 
-// The covariance against the scatter of composed motions whose errors are drawn from the steps' covariances.
+// The covariance against the scatter of composed motions whose errors are drawn from the steps'
+// covariances.
 TEST(MotionChain, CovarianceIsThatOfDrawnErrors) {
   RandomStream random(1);
   const MotionPrior first = Step(0, random), second = Step(1, random);
   const MotionPrior both = Compose(first, second);
-  const Matrix6d root_first = first.covariance.llt().matrixL(), root_second = second.covariance.llt().matrixL();
+  const Matrix6d root_first = first.covariance.llt().matrixL(),
+                 root_second = second.covariance.llt().matrixL();
   const auto draw = [&](const Matrix6d& root) -> Vector6d {
     Vector6d normal;
     for (int i = 0; i < 6; ++i) normal[i] = random.Normal();
@@ -38,7 +42,8 @@ TEST(MotionChain, CovarianceIsThatOfDrawnErrors) {
   constexpr int kDraws = 20000;
   Matrix6d scatter = Matrix6d::Zero();
   for (int i = 0; i < kDraws; ++i) {
-    const Pose3 drawn = BoxPlus(first.T_from_to, draw(root_first)) * BoxPlus(second.T_from_to, draw(root_second));
+    const Pose3 drawn =
+        BoxPlus(first.T_from_to, draw(root_first)) * BoxPlus(second.T_from_to, draw(root_second));
     const Vector6d error = BoxMinus(drawn, both.T_from_to);
     scatter += error * error.transpose() / kDraws;
   }

@@ -31,9 +31,9 @@ std::vector<Measurement> Sequencer::Push(Measurement measurement) {
     ReleaseCovered(ordered);
   } else {
     const Time available = AvailableAt(measurement);
-    const auto behind = std::upper_bound(
-        waiting_.begin(), waiting_.end(), available,
-        [](Time t, const Measurement& other) { return t < AvailableAt(other); });
+    const auto behind =
+        std::upper_bound(waiting_.begin(), waiting_.end(), available,
+                         [](Time t, const Measurement& other) { return t < AvailableAt(other); });
     waiting_.insert(behind, std::move(measurement));
     ReleaseCovered(ordered);
     GiveUpWaiting(available);
@@ -63,8 +63,10 @@ bool Sequencer::Admit(const std::string& name, Time stamp) {
     stream.behind = step < 0.0;
     Drop(name, step == 0.0 ? "duplicate stamp" : "stamp goes back in time", stamp,
          !report ? ""
-                 : fmt::format("time jumps back by {:.3f} s at {}; measurements are dropped until it passes {} again. "
-                               "Likely a clock reset: see the stamps with `mlvi info`, and cut the recording there.",
+                 : fmt::format("time jumps back by {:.3f} s at {}; measurements are dropped until "
+                               "it passes {} again. "
+                               "Likely a clock reset: see the stamps with `mlvi info`, and cut the "
+                               "recording there.",
                                -step, ToString(stamp), ToString(stream.newest)));
     return false;
   }
@@ -73,7 +75,8 @@ bool Sequencer::Admit(const std::string& name, Time stamp) {
   if (step > config_.max_future_jump && !confirmed) {
     stream.ahead = stamp;
     Drop(name, "stamp far in the future", stamp,
-         fmt::format("stamp {} is {:.1f} s ahead of its predecessor; dropped unless the next one confirms it.",
+         fmt::format("stamp {} is {:.1f} s ahead of its predecessor; dropped unless the next one "
+                     "confirms it.",
                      ToString(stamp), step));
     return false;
   }
@@ -81,10 +84,12 @@ bool Sequencer::Admit(const std::string& name, Time stamp) {
   return true;
 }
 
-void Sequencer::Drop(const std::string& name, const std::string& reason, Time stamp, const std::string& message) {
+void Sequencer::Drop(const std::string& name, const std::string& reason, Time stamp,
+                     const std::string& message) {
   ++dropped_[name][reason];
   if (!message.empty()) {
-    events_.Raise({.stamp = stamp, .severity = Severity::kWarning, .source = name, .message = message});
+    events_.Raise(
+        {.stamp = stamp, .severity = Severity::kWarning, .source = name, .message = message});
   }
 }
 
@@ -103,7 +108,8 @@ void Sequencer::GiveUpWaiting(Time now) {
     Drop(name, "not covered by IMU", available,
          dropped_[name]["not covered by IMU"] > 0
              ? ""
-             : fmt::format("measurement at {} dropped, the IMU did not reach it within {:.2f} s ({}). Likely an IMU "
+             : fmt::format("measurement at {} dropped, the IMU did not reach it within {:.2f} s "
+                           "({}). Likely an IMU "
                            "drop-out or clocks that differ: check the rig's time_offset.",
                            ToString(available), config_.max_imu_wait,
                            newest_imu_.valid() ? "its last sample: " + ToString(newest_imu_)

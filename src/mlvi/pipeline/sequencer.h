@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Order across streams. Sensors deliver late, twice or out of order; estimators want each measurement once, in time
-// order, and a sweep only when the IMU reaches its last firing.
+// Order across streams. Sensors deliver late, twice or out of order; estimators want each
+// measurement once, in time order, and a sweep only when the IMU reaches its last firing.
 #pragma once
 
 #include <deque>
@@ -22,10 +22,12 @@ struct SequencerConfig {
   double max_future_jump = 60.0;  // s
   void Declare(ConfigDeclaration& d) {
     d.Field("max_imu_wait", max_imu_wait, "s",
-            "A sweep or image is given up when the IMU stays this far behind it: a dead IMU must not fill memory",
+            "A sweep or image is given up when the IMU stays this far behind it: a dead IMU must "
+            "not fill memory",
             {0.01, 60.0});
     d.Field("max_future_jump", max_future_jump, "s",
-            "A stamp further ahead of its stream than this is a broken clock, not a gap", {1.0, 1e6});
+            "A stamp further ahead of its stream than this is a broken clock, not a gap",
+            {1.0, 1e6});
   }
 };
 
@@ -37,12 +39,14 @@ struct SequencerConfig {
 class Sequencer {
  public:
   // `events` must outlive the instance. `cameras`: names in messages and counts, by index.
-  Sequencer(const SequencerConfig& config, const EventBus& events, std::vector<std::string> cameras = {})
+  Sequencer(const SequencerConfig& config, const EventBus& events,
+            std::vector<std::string> cameras = {})
       : config_(config), events_(events), cameras_(std::move(cameras)) {}
 
   // Takes one measurement in arrival order and returns those that are now in order.
   std::vector<Measurement> Push(Measurement measurement);
-  // At the end of the recording: what is still held and covered by the IMU leaves, the rest is counted as dropped.
+  // At the end of the recording: what is still held and covered by the IMU leaves, the rest is
+  // counted as dropped.
   std::vector<Measurement> Flush();
 
   const DropCounts& dropped() const { return dropped_; }
@@ -56,7 +60,8 @@ class Sequencer {
 
   std::string StreamName(const Measurement& measurement) const;
   bool Admit(const std::string& name, Time stamp);
-  void Drop(const std::string& name, const std::string& reason, Time stamp, const std::string& message);
+  void Drop(const std::string& name, const std::string& reason, Time stamp,
+            const std::string& message);
   void ReleaseCovered(std::vector<Measurement>& ordered);
   void GiveUpWaiting(Time now);
 

@@ -23,7 +23,8 @@ class SequencerTest : public ::testing::Test {
   void Append(const std::vector<Measurement>& measurements) {
     for (const Measurement& m : measurements) {
       const char kind = std::holds_alternative<ImuSample>(m) ? 'I' : 'S';
-      out_.push_back(fmt::format("{}{:.2f}", kind, std::visit([](const auto& x) { return x.stamp.seconds(); }, m)));
+      out_.push_back(fmt::format("{}{:.2f}", kind,
+                                 std::visit([](const auto& x) { return x.stamp.seconds(); }, m)));
     }
   }
 
@@ -47,7 +48,8 @@ TEST_F(SequencerTest, HoldsASweepUntilTheImuReachesItsLastFiring) {
 
 TEST_F(SequencerTest, EmitsSweepsInTheOrderOfTheirLastFiring) {
   Push(Sweep(0.20, 0.10));
-  Push(Sweep(0.10, 0.10));  // an older stamp of the same stream cannot be told from a clock that jumped back
+  // An older stamp of the same stream cannot be told from a clock that jumped back.
+  Push(Sweep(0.10, 0.10));
   Push(Imu(0.50));
   EXPECT_THAT(out_, ElementsAre("I0.50", "S0.20"));
   EXPECT_EQ(sequencer_.dropped().at("lidar").at("stamp goes back in time"), 1);
@@ -82,7 +84,8 @@ TEST_F(SequencerTest, GivesUpOnSweepsThatNoImuReachesAndStaysBounded) {
   EXPECT_EQ(messages_.size(), 1U);
   Append(sequencer_.Flush());
   EXPECT_THAT(out_, ElementsAre("I0.00"));
-  EXPECT_EQ(sequencer_.dropped().at("lidar").at("not covered by IMU at the end of the recording"), 11);
+  EXPECT_EQ(sequencer_.dropped().at("lidar").at("not covered by IMU at the end of the recording"),
+            11);
 }
 
 }  // namespace

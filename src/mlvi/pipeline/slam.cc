@@ -11,7 +11,8 @@
 namespace mlvi {
 namespace {
 
-// More than the longest start (start.max_span) and the longest factor (graph.keyframe_interval) need.
+// More than the longest start (start.max_span) and the longest factor (graph.keyframe_interval)
+// need.
 constexpr Duration kImuMemory = Duration::FromMilliseconds(120'000);
 
 }  // namespace
@@ -88,12 +89,14 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   supervisor_.Observe(sweep, result, imu);
   if (result.lost) current_.reset();
   if (result.gap) gap_ = result.gap;
-  for (std::size_t i = 0; i < result.estimates.size(); ++i) TakeEstimate(result.estimates[i], result.clouds[i]);
-  if (visual_ && !result.estimates.empty()) visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
+  for (std::size_t i = 0; i < result.estimates.size(); ++i)
+    TakeEstimate(result.estimates[i], result.clouds[i]);
+  if (visual_ && !result.estimates.empty())
+    visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
 }
 
-// With a LiDAR the visual estimate stands beside the LiDAR's, which starts it and gives it depth; alone it is the
-// odometry.
+// With a LiDAR the visual estimate stands beside the LiDAR's, which starts it and gives it depth;
+// alone it is the odometry.
 void Slam::ProcessImages(const ImageSet& set) {
   const StageTimes::Scope scope(*times_, "image_set");
   const VioResult result = visual_->Process(set, imu_.Between(images_needed_from_, set.stamp));
@@ -103,27 +106,31 @@ void Slam::ProcessImages(const ImageSet& set) {
   TakeEstimate(*result.estimate, nullptr);
 }
 
-void Slam::TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
+void Slam::TakeEstimate(const OdometryEstimate& estimate,
+                        const std::shared_ptr<const PointCloud>& cloud) {
   odometry_.push_back({estimate.state.stamp, T_world_odometry_ * estimate.state.T_world_body});
   if (gap_ || graph_.WantsKeyframe(estimate.state)) AddKeyframe(estimate, cloud);
   newest_ = InFrame(T_world_odometry_, estimate);
   PropagateFromNewest();
   if (graph_.keyframes().empty()) return;
   const Keyframe& keyframe = graph_.keyframes().back();
-  anchored_.push_back({.stamp = estimate.state.stamp,
-                       .keyframe = keyframe.id,
-                       .T_keyframe_body = keyframe.state.T_world_body.inverse() * estimate.state.T_world_body});
+  anchored_.push_back(
+      {.stamp = estimate.state.stamp,
+       .keyframe = keyframe.id,
+       .T_keyframe_body = keyframe.state.T_world_body.inverse() * estimate.state.T_world_body});
 }
 
 void Slam::PropagateFromNewest() {
-  const Time reached = current_ ? std::max(current_->stamp, newest_->state.stamp) : newest_->state.stamp;
+  const Time reached =
+      current_ ? std::max(current_->stamp, newest_->state.stamp) : newest_->state.stamp;
   current_ = newest_->state;
   if (const auto ahead = imu_.Between(current_->stamp, reached); ahead.size() > 1) {
     current_ = Predict(*current_, Preintegrate(ahead, current_->bias, rig_.imu), rig_.gravity);
   }
 }
 
-void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud) {
+void Slam::AddKeyframe(const OdometryEstimate& estimate,
+                       const std::shared_ptr<const PointCloud>& cloud) {
   const StageTimes::Scope scope(*times_, "graph");
   const Expected<GraphUpdate> update = AddToGraph(estimate, cloud);
   if (!update) {
@@ -135,7 +142,8 @@ void Slam::AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<c
   }
   gap_.reset();
   visual_motion_.Restart(estimate.state.stamp);
-  imu_.TrimBefore(visual_ ? std::min(estimate.state.stamp, images_needed_from_) : estimate.state.stamp);
+  imu_.TrimBefore(visual_ ? std::min(estimate.state.stamp, images_needed_from_)
+                          : estimate.state.stamp);
   if (TakesFeedback()) {
     T_world_odometry_ = update->newest.T_world_body * estimate.state.T_world_body.inverse();
   }
@@ -165,7 +173,8 @@ Trajectory Slam::SmoothedTrajectory() const {
   Trajectory trajectory;
   trajectory.reserve(anchored_.size());
   for (const Anchored& pose : anchored_) {
-    trajectory.push_back({pose.stamp, graph_.Estimate(pose.keyframe).T_world_body * pose.T_keyframe_body});
+    trajectory.push_back(
+        {pose.stamp, graph_.Estimate(pose.keyframe).T_world_body * pose.T_keyframe_body});
   }
   return trajectory;
 }

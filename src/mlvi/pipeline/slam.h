@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole system: measurements in, trajectory and keyframes out. Synchronous and deterministic; ordering, health and
-// the estimators each are a class of their own.
+// The whole system: measurements in, trajectory and keyframes out. Synchronous and deterministic;
+// ordering, health and the estimators each are a class of their own.
 #pragma once
 
 #include <map>
@@ -42,30 +42,34 @@ struct SlamConfig {
 
 class Slam {
  public:
-  // `config` must pass ConfigDeclaration::Check; `rig` must be valid (Rig::Validate) and have a LiDAR or a
-  // camera; all its sensors are used. With a LiDAR its odometry is the estimate; cameras alone give one, too.
+  // `config` must pass ConfigDeclaration::Check; `rig` must be valid (Rig::Validate) and have a
+  // LiDAR or a camera; all its sensors are used. With a LiDAR its odometry is the estimate; cameras
+  // alone give one, too.
   Slam(const SlamConfig& config, const Rig& rig);
 
   // Takes one measurement in arrival order.
   void Process(const Measurement& measurement);
-  // Ends the recording: processes what was held back and concludes the report. Call once; also after an interruption.
-  // `dropped`: measurements that did not even come here, by stream ("imu", "lidar", a camera's name) and reason.
+  // Ends the recording: processes what was held back and concludes the report. Call once; also
+  // after an interruption. `dropped`: measurements that did not even come here, by stream ("imu",
+  // "lidar", a camera's name) and reason.
   void Finish(const DropCounts& dropped = {});
 
   // Events reach subscribers while Process runs.
   EventBus& events() { return events_; }
 
-  // T_world_body at the last firing of each sweep (without LiDAR: at each set of images), causal: as it was when the sweep came in, with the correction by the
-  // graph that was known then (SlamConfig::feedback).
+  // T_world_body at the last firing of each sweep (without LiDAR: at each set of images), causal:
+  // as it was when the sweep came in, with the correction by the graph that was known then
+  // (SlamConfig::feedback).
   const Trajectory& odometry() const { return odometry_; }
   // The same instants after smoothing: every sweep moves with its keyframe.
   Trajectory SmoothedTrajectory() const;
-  // The newest state propagated to the newest IMU sample; empty before the start and while track is lost.
+  // The newest state propagated to the newest IMU sample; empty before the start and while track is
+  // lost.
   const std::optional<NavState>& current() const { return current_; }
   // The newest filtered estimate with covariance and degeneracy, in the world.
   const std::optional<OdometryEstimate>& newest() const { return newest_; }
-  // The frame in which the odometry runs, seen from the world: what the graph has corrected so far. Keyframes hold their
-  // poses in the odometry's frame, `graph()` knows them in the world.
+  // The frame in which the odometry runs, seen from the world: what the graph has corrected so far.
+  // Keyframes hold their poses in the odometry's frame, `graph()` knows them in the world.
   const Pose3& T_world_odometry() const { return T_world_odometry_; }
   // IMU samples kept for the next sweep and keyframe: bounded.
   std::size_t imu_samples() const { return imu_.size(); }
@@ -90,10 +94,13 @@ class Slam {
   void ProcessImu(const ImuSample& sample);
   void ProcessSweep(const LidarSweep& sweep);
   void ProcessImages(const ImageSet& set);
-  void TakeEstimate(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
-  void AddKeyframe(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
+  void TakeEstimate(const OdometryEstimate& estimate,
+                    const std::shared_ptr<const PointCloud>& cloud);
+  void AddKeyframe(const OdometryEstimate& estimate,
+                   const std::shared_ptr<const PointCloud>& cloud);
   bool TakesFeedback() const;
-  Expected<GraphUpdate> AddToGraph(const OdometryEstimate& estimate, const std::shared_ptr<const PointCloud>& cloud);
+  Expected<GraphUpdate> AddToGraph(const OdometryEstimate& estimate,
+                                   const std::shared_ptr<const PointCloud>& cloud);
   void PropagateFromNewest();
 
   SlamConfig config_;
@@ -106,8 +113,8 @@ class Slam {
   std::optional<VisualOdometry> visual_;
   KeyframeGraph graph_;
   ImuBuffer imu_;
-  Time imu_needed_from_;     // start of the next interval to be handed to the LiDAR odometry
-  Time images_needed_from_;  // the same of the visual odometry
+  Time imu_needed_from_;       // start of the next interval to be handed to the LiDAR odometry
+  Time images_needed_from_;    // the same of the visual odometry
   MotionChain visual_motion_;  // of the odometry from images alone, since the newest keyframe
   Pose3 T_world_odometry_;
   std::optional<Matrix6d> gap_;  // LioResult::gap, until a keyframe stands behind it

@@ -16,18 +16,23 @@ constexpr std::int64_t kEarlySamples = 200;
 }  // namespace
 
 void SupervisorConfig::Declare(ConfigDeclaration& d) {
-  d.Field("imu_gap_periods", imu_gap_periods, "periods", "A longer distance of IMU samples is a gap", {1.5, 1e4});
-  d.Field("lidar_gap_periods", lidar_gap_periods, "periods", "A longer distance of sweeps is a gap", {1.1, 1e4});
+  d.Field("imu_gap_periods", imu_gap_periods, "periods",
+          "A longer distance of IMU samples is a gap", {1.5, 1e4});
+  d.Field("lidar_gap_periods", lidar_gap_periods, "periods", "A longer distance of sweeps is a gap",
+          {1.1, 1e4});
   d.Field("lost_after", lost_after, "sweeps",
-          "So many sweeps in a row without a valid registration, and the odometry counts as lost", {1, 1e6});
+          "So many sweeps in a row without a valid registration, and the odometry counts as lost",
+          {1, 1e6});
   d.Field("degraded_share", degraded_share, "",
           "A stream with a larger share of dropped measurements is degraded", {0.0, 1.0});
   d.Field("rate_tolerance", rate_tolerance, "",
           "A stream whose rate is farther from the rig's, relatively, is degraded", {0.01, 1e4});
   d.Field("missing_share", missing_share, "",
-          "A stream that lacks a larger share of measurements between others is degraded", {0.001, 1.0});
+          "A stream that lacks a larger share of measurements between others is degraded",
+          {0.001, 1.0});
   d.Field("max_bias_sigmas", max_bias_sigmas, "",
-          "A larger bias at the end, in initial sigmas of the rig's IMU and per axis, degrades the odometry",
+          "A larger bias at the end, in initial sigmas of the rig's IMU and per axis, degrades the "
+          "odometry",
           {1.0, 1e4});
 }
 
@@ -36,7 +41,8 @@ Supervisor::Supervisor(const SupervisorConfig& config, const Rig& rig, const Eve
       imu_(rig.imu, rig.gravity),
       mount_(rig, MountLimits{.bias_sigmas = config.max_bias_sigmas}),
       events_(events) {
-  const auto add = [&](const std::string& name, const std::string& what, double rate_hz, double gap_periods) {
+  const auto add = [&](const std::string& name, const std::string& what, double rate_hz,
+                       double gap_periods) {
     streams_[name];
     const RateLimits limits{.tolerance = config.rate_tolerance,
                             .missing_share = config.missing_share,
@@ -57,7 +63,8 @@ void Supervisor::Observe(const ImuSample& sample) {
   ++report.received;
   ++report.used;
   imu_.Observe(sample);
-  ObservePace("imu", paces_.at("imu"), sample.stamp, "motion is held over the gap with grown uncertainty");
+  ObservePace("imu", paces_.at("imu"), sample.stamp,
+              "motion is held over the gap with grown uncertainty");
   AnnounceImu(sample.stamp);
 }
 
@@ -67,19 +74,27 @@ void Supervisor::AnnounceImu(Time now) {
   imu_announced_ = true;
   for (const Health& finding : imu_.Findings()) {
     if (finding.level != HealthLevel::kFailed) continue;
-    events_.Raise({.stamp = now, .severity = Severity::kError, .source = "imu", .message = finding.reason + "."});
+    events_.Raise({.stamp = now,
+                   .severity = Severity::kError,
+                   .source = "imu",
+                   .message = finding.reason + "."});
   }
 }
 
-void Supervisor::Observe(const LidarSweep& sweep, const LioResult& result, std::span<const ImuSample> imu) {
+void Supervisor::Observe(const LidarSweep& sweep, const LioResult& result,
+                         std::span<const ImuSample> imu) {
   StreamReport& report = streams_["lidar"];
   ++report.received;
-  ObservePace("lidar", paces_.at("lidar"), sweep.end(), "the IMU alone carries the estimate over the gap");
+  ObservePace("lidar", paces_.at("lidar"), sweep.end(),
+              "the IMU alone carries the estimate over the gap");
   mount_.Observe(result, imu);
   if (result.status == LioResult::Status::kRejected) {
     if (report.dropped[result.rejection]++ == 0) {
-      events_.Raise({.stamp = sweep.stamp, .severity = Severity::kWarning, .source = "lidar",
-                     .message = "sweep not used: " + result.reason + ". Further ones are counted in the summary."});
+      events_.Raise({.stamp = sweep.stamp,
+                     .severity = Severity::kWarning,
+                     .source = "lidar",
+                     .message = "sweep not used: " + result.reason +
+                                ". Further ones are counted in the summary."});
     }
   } else if (result.status == LioResult::Status::kTracking) {
     report.used += static_cast<std::int64_t>(result.estimates.size());
@@ -117,13 +132,19 @@ void Supervisor::ObserveReset(const LidarSweep& sweep, const LioResult& result) 
   if (result.lost) {
     odometry_.resets.push_back({.lost = sweep.stamp, .resumed = Time(), .reason = result.reason});
     odometry_.lost = true;
-    odometry_.lost_reason = fmt::format("track lost at {}: {}", ToString(sweep.stamp), result.reason);
+    odometry_.lost_reason =
+        fmt::format("track lost at {}: {}", ToString(sweep.stamp), result.reason);
     failures_in_a_row_ = 0;
-    events_.Raise({.stamp = sweep.stamp, .severity = Severity::kError, .source = "lio",
-                   .message = odometry_.lost_reason +
-                              ". What was estimated before is kept. If the recording was interrupted here, evaluate its parts "
-                              "one by one; else see whether LiDAR and IMU deliver (gaps in the summary), or raise "
-                              "lio.lost_after."});
+    events_.Raise(
+        {.stamp = sweep.stamp,
+         .severity = Severity::kError,
+         .source = "lio",
+         .message =
+             odometry_.lost_reason +
+             ". What was estimated before is kept. If the recording was interrupted here, evaluate "
+             "its parts "
+             "one by one; else see whether LiDAR and IMU deliver (gaps in the summary), or raise "
+             "lio.lost_after."});
   }
   if (odometry_.resets.empty() || odometry_.resets.back().resumed.valid()) return;
   ResetReport& reset = odometry_.resets.back();
@@ -133,26 +154,36 @@ void Supervisor::ObserveReset(const LidarSweep& sweep, const LioResult& result) 
   reset.sweeps_without_pose -= static_cast<std::int64_t>(result.estimates.size());
   odometry_.lost = false;
   odometry_.lost_reason.clear();
-  events_.Raise({.stamp = reset.resumed, .severity = Severity::kInfo, .source = "lio",
-                 .message = fmt::format("track found again at {} ({})", ToString(reset.resumed), result.reason)});
+  events_.Raise({.stamp = reset.resumed,
+                 .severity = Severity::kInfo,
+                 .source = "lio",
+                 .message = fmt::format("track found again at {} ({})", ToString(reset.resumed),
+                                        result.reason)});
 }
 
 void Supervisor::ObserveFailures(const LidarSweep& sweep, const LioResult& result) {
   if (result.status == LioResult::Status::kInitializing) return;  // a new start takes its time
-  const bool registered = result.status == LioResult::Status::kTracking && (result.converged || result.gap);
+  const bool registered =
+      result.status == LioResult::Status::kTracking && (result.converged || result.gap);
   failures_in_a_row_ = registered ? 0 : failures_in_a_row_ + 1;
   if (failures_in_a_row_ != config_.lost_after) return;
   odometry_.lost = true;
   odometry_.lost_reason = fmt::format(
-      "{} sweeps in a row before {} without a valid registration (last: {} correspondences{}{})", config_.lost_after,
-      ToString(sweep.stamp), result.correspondences, result.reason.empty() ? "" : ", ", result.reason);
-  events_.Raise({.stamp = sweep.stamp, .severity = Severity::kError, .source = "lio",
-                 .message = odometry_.lost_reason +
-                            ". Likely wrong extrinsics, a LiDAR that sees too little, or motion beyond the IMU's "
-                            "range; the poses from there on are not to be trusted."});
+      "{} sweeps in a row before {} without a valid registration (last: {} correspondences{}{})",
+      config_.lost_after, ToString(sweep.stamp), result.correspondences,
+      result.reason.empty() ? "" : ", ", result.reason);
+  events_.Raise(
+      {.stamp = sweep.stamp,
+       .severity = Severity::kError,
+       .source = "lio",
+       .message =
+           odometry_.lost_reason +
+           ". Likely wrong extrinsics, a LiDAR that sees too little, or motion beyond the IMU's "
+           "range; the poses from there on are not to be trusted."});
 }
 
-void Supervisor::ObservePace(const std::string& name, Pace& pace, Time now, const std::string& remedy) {
+void Supervisor::ObservePace(const std::string& name, Pace& pace, Time now,
+                             const std::string& remedy) {
   if (pace.newest.valid() && now > pace.newest) {
     ObserveGap(name, pace, now, remedy);
     pace.rate.Add(now - pace.newest);
@@ -161,21 +192,27 @@ void Supervisor::ObservePace(const std::string& name, Pace& pace, Time now, cons
   if (pace.announced || pace.rate.intervals() < kEarlyIntervals) return;
   pace.announced = true;
   if (const std::string finding = pace.rate.Finding(pace.what, pace.rate_key); !finding.empty()) {
-    events_.Raise({.stamp = now, .severity = Severity::kWarning, .source = name, .message = finding + "."});
+    events_.Raise(
+        {.stamp = now, .severity = Severity::kWarning, .source = name, .message = finding + "."});
   }
 }
 
-void Supervisor::ObserveGap(const std::string& name, const Pace& pace, Time now, const std::string& remedy) {
+void Supervisor::ObserveGap(const std::string& name, const Pace& pace, Time now,
+                            const std::string& remedy) {
   const double gap = (now - pace.newest).seconds();
   const double limit = pace.gap_periods * pace.period;
   if (gap <= limit) return;
   StreamReport& report = streams_[name];
   report.longest_gap = std::max(report.longest_gap, gap);
   if (report.gaps++ == 0) {
-    events_.Raise({.stamp = now, .severity = Severity::kWarning, .source = name,
-                   .message = fmt::format("gap of {:.3f} s before {} (nominal {:.4g} s; a gap from {:.4g} s on, {}): {}. "
-                                          "Further gaps, and what was dropped, are counted in the summary.",
-                                          gap, ToString(now), pace.period, limit, pace.gap_key, remedy)});
+    events_.Raise(
+        {.stamp = now,
+         .severity = Severity::kWarning,
+         .source = name,
+         .message = fmt::format(
+             "gap of {:.3f} s before {} (nominal {:.4g} s; a gap from {:.4g} s on, {}): {}. "
+             "Further gaps, and what was dropped, are counted in the summary.",
+             gap, ToString(now), pace.period, limit, pace.gap_key, remedy)});
   }
 }
 
@@ -194,13 +231,15 @@ Health Supervisor::Judge(const std::string& name, const StreamReport& report) co
   const std::int64_t lost = DroppedTotal(report);
   if (report.received == 0) return {HealthLevel::kFailed, fmt::format("no {} arrived", pace.what)};
   if (report.used == 0) {
-    return {HealthLevel::kFailed, "none used" + (lost > 0 ? ": " + DroppedText(report, pace.what) : "")};
+    return {HealthLevel::kFailed,
+            "none used" + (lost > 0 ? ": " + DroppedText(report, pace.what) : "")};
   }
   Health health;
   const bool back = report.dropped.contains("stamp goes back in time");
   if (back) {
-    Worsen(health, {HealthLevel::kDegraded, fmt::format("time jumped back, {} {} dropped until it was passed",
-                                                        report.dropped.at("stamp goes back in time"), pace.what)});
+    Worsen(health, {HealthLevel::kDegraded,
+                    fmt::format("time jumped back, {} {} dropped until it was passed",
+                                report.dropped.at("stamp goes back in time"), pace.what)});
   }
   // A few dropped ones do no harm, but where there are gaps they are the likely cause.
   if (SuffersFromDrops(report, config_.degraded_share) || (lost > 0 && report.gaps > 0 && !back)) {
@@ -222,7 +261,8 @@ void Supervisor::Conclude() {
     report.rate_hz = paces_.at(name).rate.Measured();
   }
   for (const Health& finding : imu_.Findings()) Worsen(streams_["imu"].health, finding);
-  for (const std::string& finding : mount_.Findings()) Worsen(odometry_.health, {HealthLevel::kDegraded, finding});
+  for (const std::string& finding : mount_.Findings())
+    Worsen(odometry_.health, {HealthLevel::kDegraded, finding});
   if (odometry_.translation_degenerate > 0) {
     odometry_.mean_weak_translation_axis /= static_cast<double>(odometry_.translation_degenerate);
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Watches the streams and the odometry: counts, health with reasons, and events for the user. It judges, it does not
-// estimate.
+// Watches the streams and the odometry: counts, health with reasons, and events for the user. It
+// judges, it does not estimate.
 #pragma once
 
 #include <map>
@@ -23,9 +23,9 @@
 namespace mlvi {
 
 struct SupervisorConfig {
-  double imu_gap_periods = 5.0;   // nominal periods
-  double lidar_gap_periods = 2.5; // nominal periods
-  int lost_after = 10;            // sweeps
+  double imu_gap_periods = 5.0;    // nominal periods
+  double lidar_gap_periods = 2.5;  // nominal periods
+  int lost_after = 10;             // sweeps
   double degraded_share = 0.2;
   double rate_tolerance = 0.2;
   double missing_share = 0.1;
@@ -35,8 +35,8 @@ struct SupervisorConfig {
 
 // Track was lost and a new start begun.
 struct ResetReport {
-  Time lost;     // start of the sweep at which the odometry gave up
-  Time resumed;  // first estimate after it; invalid if none came
+  Time lost;                             // start of the sweep at which the odometry gave up
+  Time resumed;                          // first estimate after it; invalid if none came
   std::int64_t sweeps_without_pose = 0;  // of those that arrived after the loss
   std::string reason;
 };
@@ -45,14 +45,16 @@ struct OdometryReport {
   std::int64_t sweeps_degenerate = 0;  // with at least one degenerate direction
   std::int64_t sweeps_unconverged = 0;
   std::int64_t translation_degenerate = 0, rotation_degenerate = 0;
-  // Mean over degenerate sweeps of the absolute components of the weakest translation axis in the world frame.
+  // Mean over degenerate sweeps of the absolute components of the weakest translation axis in the
+  // world frame.
   Eigen::Vector3d mean_weak_translation_axis = Eigen::Vector3d::Zero();
   bool initialized = false;
   Time first_estimate;
-  std::int64_t sweeps_before_start = 0;  // given to the initialisation without coming back as estimates
+  // Given to the initialisation without coming back as estimates.
+  std::int64_t sweeps_before_start = 0;
   std::vector<ResetReport> resets;
-  // At the end, or since sweeps of bad registration whose poses are in the trajectory. A new start that comes about ends
-  // it.
+  // At the end, or since sweeps of bad registration whose poses are in the trajectory. A new start
+  // that comes about ends it.
   bool lost = false;
   std::string lost_reason;
   std::string waiting_for;  // of the start, as long as there is none
@@ -66,7 +68,8 @@ class Supervisor {
 
   void Observe(const ImuSample& sample);
   // `imu`: what the odometry was given with the sweep.
-  void Observe(const LidarSweep& sweep, const LioResult& result, std::span<const ImuSample> imu = {});
+  void Observe(const LidarSweep& sweep, const LioResult& result,
+               std::span<const ImuSample> imu = {});
   // Takes over what was dropped elsewhere, by stream and reason.
   void AddDropped(const DropCounts& dropped);
   // Judges the whole run; call once at its end.

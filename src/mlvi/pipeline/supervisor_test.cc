@@ -41,17 +41,20 @@ class SupervisorTest : public ::testing::Test {
 };
 
 TEST_F(SupervisorTest, ReportsImuGapsOnceAndCountsThemAll) {
-  for (const double t : {1.0, 1.01, 1.51, 1.52, 1.92}) supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(t)});
+  for (const double t : {1.0, 1.01, 1.51, 1.52, 1.92})
+    supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(t)});
   supervisor_.Conclude();
   const StreamReport& imu = supervisor_.streams().at("imu");
   EXPECT_EQ(imu.gaps, 2);
   EXPECT_NEAR(imu.longest_gap, 0.5, 1e-9);
   EXPECT_EQ(imu.health.level, HealthLevel::kDegraded);
-  EXPECT_THAT(messages_, ElementsAre(AllOf(HasSubstr("gap of 0.500 s"), HasSubstr("nominal 0.01 s"), HasSubstr("from 0.05 s on"))));
+  EXPECT_THAT(messages_, ElementsAre(AllOf(HasSubstr("gap of 0.500 s"), HasSubstr("nominal 0.01 s"),
+                                           HasSubstr("from 0.05 s on"))));
 }
 
 TEST_F(SupervisorTest, SaturationDegradesTheImu) {
-  supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(0.0), .linear_acceleration = {50.0, 0.0, 0.0}});
+  supervisor_.Observe(
+      ImuSample{.stamp = Time::FromSeconds(0.0), .linear_acceleration = {50.0, 0.0, 0.0}});
   supervisor_.Conclude();
   EXPECT_THAT(supervisor_.streams().at("imu").health.reason, HasSubstr("saturation"));
 }
@@ -63,7 +66,9 @@ TEST_F(SupervisorTest, AStreamWithoutMeasurementsHasFailed) {
 
 TEST_F(SupervisorTest, LostOnlyAfterManyFailuresInARow) {
   double t = 0.0;
-  const auto observe = [&](bool converged) { supervisor_.Observe(SweepAt(t += 0.1), Tracking(converged)); };
+  const auto observe = [&](bool converged) {
+    supervisor_.Observe(SweepAt(t += 0.1), Tracking(converged));
+  };
   observe(true);
   for (int i = 0; i < 9; ++i) observe(false);
   observe(true);
@@ -126,7 +131,8 @@ TEST_F(SupervisorTest, CountsRejectedSweepsByReason) {
   EXPECT_EQ(lidar.dropped.at("duplicate stamp"), 3);
   EXPECT_EQ(messages_.size(), 1U);
   EXPECT_EQ(lidar.health.level, HealthLevel::kFailed);
-  EXPECT_THAT(lidar.health.reason, HasSubstr("5 of 5 sweeps dropped ('duplicate stamp' 3, 'empty' 2)"));
+  EXPECT_THAT(lidar.health.reason,
+              HasSubstr("5 of 5 sweeps dropped ('duplicate stamp' 3, 'empty' 2)"));
 }
 
 // The reader found them unusable: to the user it is one stream, whoever dropped its measurements.
@@ -139,7 +145,8 @@ TEST_F(SupervisorTest, GapsNameWhatWasDroppedAsTheirCause) {
   const StreamReport& lidar = supervisor_.streams().at("lidar");
   EXPECT_EQ(lidar.received, 60);
   EXPECT_EQ(lidar.health.level, HealthLevel::kDegraded);
-  EXPECT_THAT(lidar.health.reason, AllOf(HasSubstr("6 of 60 sweeps dropped ('no valid point' 6)"), HasSubstr("1 gaps")));
+  EXPECT_THAT(lidar.health.reason,
+              AllOf(HasSubstr("6 of 60 sweeps dropped ('no valid point' 6)"), HasSubstr("1 gaps")));
   EXPECT_NEAR(*lidar.rate_hz, 10.0, 0.01);
 }
 
@@ -152,7 +159,8 @@ TEST_F(SupervisorTest, AFewDroppedMeasurementsWithoutGapsDoNoHarm) {
 
 TEST_F(SupervisorTest, RatesThatContradictTheRigAreAnnouncedEarlyAndDegradeTheirStream) {
   for (int k = 0; k < 100; ++k) supervisor_.Observe(SweepAt(1.0 + 0.05 * k), Tracking(true));
-  EXPECT_THAT(messages_, ElementsAre(AllOf(HasSubstr("20.0 Hz"), HasSubstr("lidar.rate_hz is 10"))));
+  EXPECT_THAT(messages_,
+              ElementsAre(AllOf(HasSubstr("20.0 Hz"), HasSubstr("lidar.rate_hz is 10"))));
   supervisor_.Conclude();
   EXPECT_EQ(supervisor_.streams().at("lidar").health.level, HealthLevel::kDegraded);
   EXPECT_THAT(supervisor_.streams().at("lidar").health.reason, HasSubstr("lidar.rate_hz"));
@@ -161,7 +169,8 @@ TEST_F(SupervisorTest, RatesThatContradictTheRigAreAnnouncedEarlyAndDegradeTheir
 TEST_F(SupervisorTest, AnImuWithoutGravityIsAnnouncedEarlyAndHasFailed) {
   for (int k = 0; k < 300; ++k) {
     const double value = 0.01 * k;
-    supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(1.0 + 0.01 * k), .angular_velocity = {value, 0.0, 0.0}});
+    supervisor_.Observe(ImuSample{.stamp = Time::FromSeconds(1.0 + 0.01 * k),
+                                  .angular_velocity = {value, 0.0, 0.0}});
   }
   EXPECT_THAT(messages_, ::testing::Contains(HasSubstr("specific force")));
   supervisor_.Conclude();

@@ -12,7 +12,8 @@ void VisualConfig::Declare(ConfigDeclaration& d) {
   d.Section("vio", vio);
 }
 
-VisualOdometry::VisualOdometry(const VisualConfig& config, const Rig& rig, StageTimes& times, const EventBus& events)
+VisualOdometry::VisualOdometry(const VisualConfig& config, const Rig& rig, StageTimes& times,
+                               const EventBus& events)
     : events_(events),
       sets_(config.sets, static_cast<int>(rig.cameras.size())),
       watch_(config.watch, rig, events),
@@ -56,8 +57,11 @@ void VisualOdometry::Observe(const ImageSet& set, const VioResult& result) {
   if (report_.tracking && !tracking) {
     ++report_.failures;
     report_.last_failure = result.reason;
-    events_.Raise({.stamp = set.stamp, .severity = Severity::kWarning, .source = "vio",
-                   .message = fmt::format("visual odometry given up at {}: {}", ToString(set.stamp), result.reason)});
+    events_.Raise({.stamp = set.stamp,
+                   .severity = Severity::kWarning,
+                   .source = "vio",
+                   .message = fmt::format("visual odometry given up at {}: {}", ToString(set.stamp),
+                                          result.reason)});
   }
   report_.tracking = tracking;
 }

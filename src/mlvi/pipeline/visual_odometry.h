@@ -31,30 +31,33 @@ struct VisualConfig {
 struct VisualReport {
   std::int64_t sets = 0;
   std::int64_t sets_tracking = 0;
-  Time first_estimate;         // invalid: no state was ever found
-  std::int64_t failures = 0;   // times that the estimate was given up
-  std::string last_failure;    // why; empty when there was none
-  std::string waiting_for;     // of the start, as long as there is none
-  bool tracking = false;       // at the newest set
+  Time first_estimate;        // invalid: no state was ever found
+  std::int64_t failures = 0;  // times that the estimate was given up
+  std::string last_failure;   // why; empty when there was none
+  std::string waiting_for;    // of the start, as long as there is none
+  bool tracking = false;      // at the newest set
 };
 
-// The cameras' side of the system: from single images to the visual-inertial estimate, with what is known of each
-// camera's health.
+// The cameras' side of the system: from single images to the visual-inertial estimate, with what is
+// known of each camera's health.
 class VisualOdometry {
  public:
   // `rig` must have a camera; `times` and `events` must outlive the instance.
-  VisualOdometry(const VisualConfig& config, const Rig& rig, StageTimes& times, const EventBus& events);
+  VisualOdometry(const VisualConfig& config, const Rig& rig, StageTimes& times,
+                 const EventBus& events);
 
   // Takes an image and returns the sets that are ready to be processed, in order of time.
   std::vector<ImageSet> Collect(Image image) { return Inspected(sets_.Push(std::move(image))); }
-  // Tells how far time has come: sets do not wait for ever, and cameras that are silent are reported.
+  // Tells how far time has come: sets do not wait for ever, and cameras that are silent are
+  // reported.
   std::vector<ImageSet> Advance(Time now);
   // The end of the recording: the sets that are left.
   std::vector<ImageSet> Flush() { return Inspected(sets_.Flush()); }
 
   // One set through the estimator. `imu` covers the time from the set before to this one.
   VioResult Process(const ImageSet& set, std::span<const ImuSample> imu);
-  // What LiDAR odometry found: depth for the features and, where the visual estimate does not run, its start.
+  // What LiDAR odometry found: depth for the features and, where the visual estimate does not run,
+  // its start.
   void TakeLidar(const OdometryEstimate& estimate, const PointCloud& points_body);
 
   // Takes over what was dropped before images came here.

@@ -7,10 +7,11 @@
 //   back: c = (1 - alpha^2 r^2) / (alpha sqrt(1 - (2 alpha - 1) r^2) + 1 - alpha),  r = |m|
 //         bearing = (xi c + sqrt(c^2 + (1 - xi^2) r^2)) / (c^2 + r^2) (m_x, m_y, c) - (0, 0, xi)
 //
-// Valid domain: xi d1 + z > -w d2 with w = alpha / (1 - alpha) for alpha <= 0.5 (where the image plane is reached at
-// infinity; r is bounded by 1000) and w = (1 - alpha) / alpha else (where the projection turns over). In terms of the
-// angle: cos(theta) > -xi (1 - w^2) - w sqrt(1 - xi^2 (1 - w^2)). This is the exact limit; Eq. 45 of the paper normalises
-// by the radius of the second sphere instead of the first, and rejects some valid directions.
+// Valid domain: xi d1 + z > -w d2 with w = alpha / (1 - alpha) for alpha <= 0.5 (where the image
+// plane is reached at infinity; r is bounded by 1000) and w = (1 - alpha) / alpha else (where the
+// projection turns over). In terms of the angle: cos(theta) > -xi (1 - w^2) - w sqrt(1 - xi^2 (1 -
+// w^2)). This is the exact limit; Eq. 45 of the paper normalises by the radius of the second sphere
+// instead of the first, and rejects some valid directions.
 #pragma once
 
 #include "mlvi/sensors/camera_model.h"

@@ -40,7 +40,8 @@ bool MeiCamera::Flatten(const Eigen::Vector3d& point, Eigen::Vector2d& m, PointJ
   const double d = point.norm();
   const Eigen::Vector3d s = point / d;
   const double denominator = s.z() + xi_;
-  // Beyond the turn-over the sphere projects to valid radii again, so the radius alone does not tell.
+  // Beyond the turn-over the sphere projects to valid radii again, so the radius alone does not
+  // tell.
   if (!(denominator > 0.0) || (xi_ > 1.0 && s.z() * xi_ < -1.0)) return false;
   const Eigen::Vector2d n = s.head<2>() / denominator;
   Eigen::Matrix2d d_n;

@@ -1,14 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mei and Rives, "Single view point omnidirectional camera calibration from planar grids" (ICRA 2007): the unified
-// sphere model with radial-tangential distortion; Kalibr's "omni-radtan", camodocal's MEI.
+// Mei and Rives, "Single view point omnidirectional camera calibration from planar grids" (ICRA
+// 2007): the unified sphere model with radial-tangential distortion; Kalibr's "omni-radtan",
+// camodocal's MEI.
 //
 //   s = p / |p|,  n = (s_x, s_y) / (s_z + xi),  m = distort(n)
 //   back: s_z = (xi + sqrt(1 + (1 - xi^2) |n|^2)) / (1 + |n|^2) - xi,  (s_x, s_y) = (s_z + xi) n
 //
-// Valid domain: for xi > 1 the projection turns over at s_z = -1/xi (|n| = 1/sqrt(xi^2 - 1)); for xi <= 1 it reaches
-// infinity at s_z = -xi, and |n| is bounded by 1000. Beside that, the domain of the distortion (radtan_distortion.h).
+// Valid domain: for xi > 1 the projection turns over at s_z = -1/xi (|n| = 1/sqrt(xi^2 - 1)); for
+// xi <= 1 it reaches infinity at s_z = -xi, and |n| is bounded by 1000. Beside that, the domain of
+// the distortion (radtan_distortion.h).
 #pragma once
 
 #include "mlvi/sensors/camera_model.h"

@@ -77,7 +77,8 @@ Expected<void> CheckCounts(const ModelCase& model, const Values& intrinsics,
   return {};
 }
 
-// Calibration files put the parameters of the projection before fx; the models want fx fy cx cy first.
+// Calibration files put the parameters of the projection before fx; the models want fx fy cx cy
+// first.
 Eigen::VectorXd ToParameters(const ModelCase& model, const Values& intrinsics,
                              const Values& distortion) {
   const std::size_t lead = intrinsics.size() - 4;
@@ -138,8 +139,9 @@ std::optional<Eigen::Vector3d> CameraModel::Unproject(const Eigen::Vector2d& pix
   const Eigen::Vector2d m = (pixel - principal_point()).array() / parameters_.head<2>().array();
   if (!m.allFinite() || !Lift(m, bearing)) return std::nullopt;
   if (d_pixel != nullptr) {
-    // Project has the inverse function's Jacobian J (2x3) with J bearing = 0, as it does not depend on the length. On
-    // the tangent plane of the bearing the inverse is the pseudo-inverse J^T (J J^T)^-1.
+    // Project has the inverse function's Jacobian J (2x3) with J bearing = 0, as it does not depend
+    // on the length. On the tangent plane of the bearing the inverse is the pseudo-inverse J^T (J
+    // J^T)^-1.
     PointJacobian J;
     if (!Project(bearing, &J)) return std::nullopt;
     *d_pixel = J.transpose() * (J * J.transpose()).inverse();

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One suite of laws for all camera models, over real calibrations, to the edge of their field of view.
+// One suite of laws for all camera models, over real calibrations, to the edge of their field of
+// view.
 #include "mlvi/sensors/camera_model.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +44,8 @@ Eigen::Vector3d Bearing(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-// Smallest singular value of d pixel / d bearing, px/rad: how well the lens tells angles apart there.
+// Smallest singular value of d pixel / d bearing, px/rad: how well the lens tells angles apart
+// there.
 double Resolution(const CameraModel& camera, const Eigen::Vector3d& bearing) {
   CameraModel::PointJacobian J;
   if (!camera.Project(bearing, &J)) return 0.0;
@@ -127,7 +129,8 @@ TEST_P(CameraLaws, PointJacobianIsTheDerivative) {
     CameraModel::PointJacobian analytic;
     const auto pixel = camera_->Project(point, &analytic);
     if (!pixel || pixel->norm() > 1e4) continue;
-    // Second and higher derivatives grow with the magnification: keep the step small against the distance to the limit.
+    // Second and higher derivatives grow with the magnification: keep the step small against the
+    // distance to the limit.
     const double step = 1e-3 * point.norm() * std::min(1.0, camera_->max_angle() - theta);
     const Eigen::MatrixXd numeric = NumericJacobian(
         [&](const Eigen::Vector3d& p) { return Eigen::Vector2d(camera_->Project(p).value()); },
@@ -196,7 +199,8 @@ TEST_P(CameraLaws, WhatLiesOutsideOfTheDomainIsRejected) {
   EXPECT_FALSE(camera_->Unproject(Eigen::Vector2d(1e20, 1e20)));
 }
 
-// One-to-one: away from the axis the distance from the principal point grows with the angle, all the way to the limit.
+// One-to-one: away from the axis the distance from the principal point grows with the angle, all
+// the way to the limit.
 TEST_P(CameraLaws, AnglesGrowOutwards) {
   for (double phi = 0.0; phi < 6.28; phi += 0.3) {
     double last = -1.0;
@@ -249,7 +253,8 @@ TEST(KannalaBrandt, SeesBehindItself) {
   EXPECT_NEAR((*pixel - camera->principal_point()).norm(), 200.0 * 110.0 * kDegree, 1e-9);
 }
 
-// With xi = 0 and no distortion the sphere model is the pinhole; with xi = alpha = 0 so is the double sphere.
+// With xi = 0 and no distortion the sphere model is the pinhole; with xi = alpha = 0 so is the
+// double sphere.
 TEST(CameraModel, SphereModelsContainThePinhole) {
   const auto pinhole =
       MakeCameraModel("pinhole_radtan", 640, 480, {400, 410, 320, 240}, {0, 0, 0, 0}).value();

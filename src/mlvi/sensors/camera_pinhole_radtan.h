@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pinhole with radial-tangential distortion (OpenCV, Kalibr "pinhole-radtan"): m = distort(x / z, y / z).
-// Valid domain: z > 0, an angle of at most 89 degrees, and the domain of the distortion (radtan_distortion.h).
+// Pinhole with radial-tangential distortion (OpenCV, Kalibr "pinhole-radtan"): m = distort(x / z, y
+// / z). Valid domain: z > 0, an angle of at most 89 degrees, and the domain of the distortion
+// (radtan_distortion.h).
 #pragma once
 
 #include "mlvi/sensors/camera_model.h"

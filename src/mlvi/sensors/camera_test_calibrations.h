@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Calibrations of real cameras, for tests: all of Newer College (2021), M2DGR, Hilti 2022, the fisheye of the ACFR
-// camera-LiDAR pairs, the MEI sample of LVI-SAM, and two double sphere ones in the range of the model's paper.
+// Calibrations of real cameras, for tests: all of Newer College (2021), M2DGR, Hilti 2022, the
+// fisheye of the ACFR camera-LiDAR pairs, the MEI sample of LVI-SAM, and two double sphere ones in
+// the range of the model's paper.
 #pragma once
 
 #include <ostream>

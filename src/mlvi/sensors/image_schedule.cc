@@ -17,9 +17,11 @@ constexpr std::size_t kRemembered = 8;
 }  // namespace
 
 ImageSchedule::ImageSchedule(double max_rate, double tolerance)
-    : min_interval_(max_rate > 0.0 ? Duration::FromSeconds((1.0 - kJitterShare) / max_rate) : Duration()),
+    : min_interval_(max_rate > 0.0 ? Duration::FromSeconds((1.0 - kJitterShare) / max_rate)
+                                   : Duration()),
       tolerance_(Duration::FromSeconds(tolerance)) {
-  MLVI_CHECK(max_rate >= 0.0 && tolerance >= 0.0, "rate {} Hz, tolerance {} s", max_rate, tolerance);
+  MLVI_CHECK(max_rate >= 0.0 && tolerance >= 0.0, "rate {} Hz, tolerance {} s", max_rate,
+             tolerance);
 }
 
 bool ImageSchedule::Keep(int camera, Time stamp) {

@@ -44,7 +44,8 @@ TEST(ImageSchedule, SynchronousCamerasKeepTheSameInstantsAlsoAfterALoss) {
   for (std::size_t i = 0; i < per_instant.size(); ++i) {
     for (int camera = 0; camera < 4; ++camera) {
       if (random.Uniform() < 0.05) continue;  // lost on the way: never offered
-      if (schedule.Keep(camera, At(static_cast<double>(i) / 30.0 + 1e-4 * random.Normal()))) ++per_instant[i];
+      if (schedule.Keep(camera, At(static_cast<double>(i) / 30.0 + 1e-4 * random.Normal())))
+        ++per_instant[i];
     }
   }
   int sets = 0, images = 0;

@@ -13,21 +13,23 @@ namespace mlvi {
 
 // Counts of one stream, by fate and reason.
 struct StreamCounts {
-  std::int64_t messages = 0;                    // found in the recording
-  std::int64_t delivered = 0;                   // handed on as a measurement
-  std::int64_t thinned = 0;                     // left out on purpose: more images than are asked for
+  std::int64_t messages = 0;   // found in the recording
+  std::int64_t delivered = 0;  // handed on as a measurement
+  std::int64_t thinned = 0;    // left out on purpose: more images than are asked for
   std::map<std::string, std::int64_t> dropped;  // reason -> messages
-  std::map<std::string, std::int64_t> repaired; // reason -> messages (or points, as the reason says) mended on the way
+  // Reason -> messages (or points, as the reason says) mended on the way.
+  std::map<std::string, std::int64_t> repaired;
 };
 
-// A recording or a live driver, pulled one measurement at a time, in the order in which messages arrived. Streams may
-// be out of order among and within themselves: the Sequencer of the pipeline restores order.
+// A recording or a live driver, pulled one measurement at a time, in the order in which messages
+// arrived. Streams may be out of order among and within themselves: the Sequencer of the pipeline
+// restores order.
 class MeasurementSource {
  public:
   virtual ~MeasurementSource() = default;
 
-  // The next measurement; an empty optional at the end; an Error when the recording breaks off (what was delivered
-  // before it stays valid, and further calls return the end).
+  // The next measurement; an empty optional at the end; an Error when the recording breaks off
+  // (what was delivered before it stays valid, and further calls return the end).
   virtual Expected<std::optional<Measurement>> Next() = 0;
 
   // Share of the recording read so far, in [0, 1], for progress display.

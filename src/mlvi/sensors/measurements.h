@@ -16,26 +16,30 @@ namespace mlvi {
 
 struct ImuSample {
   Time stamp;
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();     // rad/s, body frame
-  Eigen::Vector3d linear_acceleration = Eigen::Vector3d::Zero();  // m/s^2, specific force, body frame
-  Duration interpolated_over;  // between the measured neighbours of an interpolated sample; zero for a measured one
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, body frame
+  // Specific force, m/s^2, body frame.
+  Eigen::Vector3d linear_acceleration = Eigen::Vector3d::Zero();
+  // Between the measured neighbours of an interpolated sample; zero for a measured one.
+  Duration interpolated_over;
 };
 
 // One return of a LiDAR, in the lidar frame at the instant of its own firing.
 struct LidarPoint {
-  Eigen::Vector3f position = Eigen::Vector3f::Zero();  // m; all zero stands for "no return" (only towards io writers)
+  // Metres; all zero stands for "no return" (only towards io writers).
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
   float intensity = 0.0F;
   std::int32_t offset_ns = 0;  // firing time after LidarSweep::stamp, >= 0
   std::uint16_t ring = 0;      // laser index, as the sensor numbers them
 };
 
-// One sweep (one turn of a spinning LiDAR). Read from a file it holds finite, non-zero points only, with the first
-// firing at offset 0.
+// One sweep (one turn of a spinning LiDAR). Read from a file it holds finite, non-zero points only,
+// with the first firing at offset 0.
 struct LidarSweep {
   Time stamp;  // instant of the first firing
   std::vector<LidarPoint> points;
-  Duration span;           // largest offset; zero when all points are valid at `stamp`
-  bool has_times = false;  // offsets are measured or derived; false: the sweep is taken as instantaneous
+  Duration span;  // largest offset; zero when all points are valid at `stamp`
+  // Offsets are measured or derived; false: the sweep is taken as instantaneous.
+  bool has_times = false;
   bool has_rings = false;
   bool has_intensity = false;
 
@@ -52,9 +56,9 @@ struct Image {
   std::vector<std::uint8_t> pixels;  // row-major, width * height * channels
 };
 
-// What the cameras saw at (nearly) the same time: at most one image per camera, in the order of the cameras' indices.
-// Cameras that delivered nothing are absent. Each image keeps its own stamp; `stamp` is the latest of them, so that an
-// IMU that covers the set covers every image.
+// What the cameras saw at (nearly) the same time: at most one image per camera, in the order of the
+// cameras' indices. Cameras that delivered nothing are absent. Each image keeps its own stamp;
+// `stamp` is the latest of them, so that an IMU that covers the set covers every image.
 struct ImageSet {
   Time stamp;
   std::vector<Image> images;
@@ -62,7 +66,8 @@ struct ImageSet {
 
 using Measurement = std::variant<ImuSample, LidarSweep, Image>;
 
-// The instant from which on the measurement could have been known: the last firing of a sweep, the stamp of others.
+// The instant from which on the measurement could have been known: the last firing of a sweep, the
+// stamp of others.
 inline Time AvailableAt(const Measurement& measurement) {
   if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) return sweep->end();
   if (const auto* imu = std::get_if<ImuSample>(&measurement)) return imu->stamp;

@@ -5,8 +5,8 @@
 //   r^2 = x^2 + y^2,  L = 1 + k1 r^2 + k2 r^4 + k3 r^6
 //   x' = x L + 2 p1 x y + p2 (r^2 + 2 x^2)
 //   y' = y L + 2 p2 x y + p1 (r^2 + 2 y^2)
-// Valid domain: r up to the first turn of r L(r), and a positive determinant of d(x', y')/d(x, y), so that the map is
-// one-to-one.
+// Valid domain: r up to the first turn of r L(r), and a positive determinant of d(x', y')/d(x, y),
+// so that the map is one-to-one.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,8 @@ namespace mlvi {
 
 class RadtanDistortion {
  public:
-  // k1 k2 p1 p2 [k3]. `largest_radius`: bound of the domain when the polynomial does not turn before.
+  // k1 k2 p1 p2 [k3]. `largest_radius`: bound of the domain when the polynomial does not turn
+  // before.
   RadtanDistortion(const Eigen::VectorXd& coefficients, double largest_radius);
 
   double max_radius() const { return max_radius_; }

@@ -20,7 +20,8 @@ class Checks {
  public:
   void Range(const std::string& field, double value, double min, double max, const char* unit) {
     if (std::isfinite(value) && value >= min && value <= max) return;
-    Fail(fmt::format("{} = {}: must be in [{}, {}]{}{}", field, value, min, max, *unit ? " " : "", unit));
+    Fail(fmt::format("{} = {}: must be in [{}, {}]{}{}", field, value, min, max, *unit ? " " : "",
+                     unit));
   }
   void NotEmpty(const std::string& field, const std::string& value) {
     if (value.empty()) Fail(fmt::format("{}: must not be empty", field));
@@ -49,8 +50,8 @@ void CheckImu(const ImuSpec& imu, Checks& checks) {
                "m/s^2/sqrt(Hz)");
   checks.Range("imu.noise.gyroscope_density", imu.noise.gyroscope_density, 1e-8, 10.0,
                "rad/s/sqrt(Hz)");
-  checks.Range("imu.noise.accelerometer_random_walk", imu.noise.accelerometer_random_walk, 0.0, 10.0,
-               "m/s^3/sqrt(Hz)");
+  checks.Range("imu.noise.accelerometer_random_walk", imu.noise.accelerometer_random_walk, 0.0,
+               10.0, "m/s^3/sqrt(Hz)");
   checks.Range("imu.noise.gyroscope_random_walk", imu.noise.gyroscope_random_walk, 0.0, 10.0,
                "rad/s^2/sqrt(Hz)");
   checks.Range("imu.initial_accelerometer_bias_sigma", imu.initial_accelerometer_bias_sigma, 0.0,
@@ -84,10 +85,12 @@ void CheckCamera(const CameraSpec& camera, const std::string& field, Checks& che
   checks.Range(field + ".rate_hz", camera.rate_hz, 0.0, 1e5, "Hz");
   checks.Range(field + ".valid_radius_px", camera.valid_radius_px, 0.0, 1e5, "px");
   if (camera.mask && camera.model &&
-      (camera.mask->width != camera.model->width() || camera.mask->height != camera.model->height())) {
-    checks.Fail(fmt::format("{}.mask_file: the mask of {} is {} x {} px, its images are {} x {}: scale the mask", field,
-                            camera.name, camera.mask->width, camera.mask->height, camera.model->width(),
-                            camera.model->height()));
+      (camera.mask->width != camera.model->width() ||
+       camera.mask->height != camera.model->height())) {
+    checks.Fail(fmt::format(
+        "{}.mask_file: the mask of {} is {} x {} px, its images are {} x {}: scale the mask", field,
+        camera.name, camera.mask->width, camera.mask->height, camera.model->width(),
+        camera.model->height()));
   }
   checks.Range(field + ".time_offset_s", camera.time_offset.seconds(), -10.0, 10.0, "s");
 }
@@ -145,19 +148,23 @@ Expected<Eigen::Quaterniond> RotationFromMatrix(const Eigen::Matrix3d& matrix,
   const double determinant = matrix.determinant();
   if (determinant < 0.0) {
     return MakeError(kKind,
-                     "{}: determinant {:.4f}, a mirror image, no rotation: one axis has the wrong sign or two are "
+                     "{}: determinant {:.4f}, a mirror image, no rotation: one axis has the wrong "
+                     "sign or two are "
                      "swapped (matrices are written row by row)",
                      field, determinant);
   }
   if (deviation > kTolerance) {
-    return MakeError(kKind,
-                     "{}: not a rotation: R^T R differs from identity by {:.2g} (allowed {:.2g}), determinant {:.4f}; "
-                     "check the digits and that nothing else (a scale, a translation) is among the 9 numbers",
-                     field, deviation, kTolerance, determinant);
+    return MakeError(
+        kKind,
+        "{}: not a rotation: R^T R differs from identity by {:.2g} (allowed {:.2g}), determinant "
+        "{:.4f}; "
+        "check the digits and that nothing else (a scale, a translation) is among the 9 numbers",
+        field, deviation, kTolerance, determinant);
   }
   // The nearest rotation in the Frobenius norm.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose())).normalized();
+  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()))
+      .normalized();
 }
 
 }  // namespace mlvi

@@ -44,22 +44,34 @@ TEST(Rig, EachImpossibleValueIsNamed) {
       {"imu.rate_hz", [](Rig& r) { r.imu.rate_hz = 0.0; }},
       {"imu.noise.accelerometer_density", [](Rig& r) { r.imu.noise.accelerometer_density = 0.0; }},
       {"imu.noise.gyroscope_density", [&](Rig& r) { r.imu.noise.gyroscope_density = nan; }},
-      {"imu.noise.accelerometer_random_walk", [](Rig& r) { r.imu.noise.accelerometer_random_walk = -1.0; }},
+      {"imu.noise.accelerometer_random_walk",
+       [](Rig& r) { r.imu.noise.accelerometer_random_walk = -1.0; }},
       {"imu.noise.gyroscope_random_walk", [](Rig& r) { r.imu.noise.gyroscope_random_walk = -1.0; }},
-      {"imu.initial_accelerometer_bias_sigma", [](Rig& r) { r.imu.initial_accelerometer_bias_sigma = -1.0; }},
-      {"imu.initial_gyroscope_bias_sigma", [](Rig& r) { r.imu.initial_gyroscope_bias_sigma = -1.0; }},
+      {"imu.initial_accelerometer_bias_sigma",
+       [](Rig& r) { r.imu.initial_accelerometer_bias_sigma = -1.0; }},
+      {"imu.initial_gyroscope_bias_sigma",
+       [](Rig& r) { r.imu.initial_gyroscope_bias_sigma = -1.0; }},
       {"imu.time_offset_s", [](Rig& r) { r.imu.time_offset = Duration::FromSeconds(3600.0); }},
       {"lidar.topic", [](Rig& r) { r.lidar->topic.clear(); }},
       {"same", [](Rig& r) { r.lidar->topic = r.imu.topic; }},
       {"lidar.rate_hz", [](Rig& r) { r.lidar->rate_hz = 0.0; }},
       {"lidar.rings", [](Rig& r) { r.lidar->rings = -1; }},
       {"lidar.max_range", [](Rig& r) { r.lidar->max_range = r.lidar->min_range; }},
-      {"lidar.T_body_lidar", [&](Rig& r) { r.lidar->T_body_lidar = Pose3::FromTranslation({nan, 0, 0}); }},
-      {"lever arm", [](Rig& r) { r.lidar->T_body_lidar = Pose3::FromTranslation({370.0, 0, 0}); }},
+      {"lidar.T_body_lidar",
+       [&](Rig& r) {
+         r.lidar->T_body_lidar = Pose3::FromTranslation({nan, 0, 0});
+       }},
+      {"lever arm",
+       [](Rig& r) {
+         r.lidar->T_body_lidar = Pose3::FromTranslation({370.0, 0, 0});
+       }},
       {"cameras[0].model", [](Rig& r) { r.cameras[0].model = nullptr; }},
       {"cameras[0].topic", [](Rig& r) { r.cameras[0].topic.clear(); }},
       {"both 'cam0'", [](Rig& r) { r.cameras.push_back(r.cameras[0]); }},
-      {"T_body_groundtruth", [&](Rig& r) { r.T_body_groundtruth = Pose3::FromTranslation({0, nan, 0}); }},
+      {"T_body_groundtruth",
+       [&](Rig& r) {
+         r.T_body_groundtruth = Pose3::FromTranslation({0, nan, 0});
+       }},
       {"p_body_pano", [&](Rig& r) { r.p_body_pano = Eigen::Vector3d(0, 0, nan); }},
   };
   for (const auto& [field, spoil] : cases) {
@@ -90,10 +102,14 @@ TEST(RotationFromMatrix, KeepsRotationsAndMendsRounding) {
 }
 
 TEST(RotationFromMatrix, SaysWhatIsWrong) {
-  Eigen::Matrix3d mirror = Eigen::Vector3d(1, 1, -1).asDiagonal();  // a published calibration has this
-  EXPECT_THAT(RotationFromMatrix(mirror, "T.R").error().message, HasSubstr("T.R: determinant -1.0000"));
-  EXPECT_THAT(RotationFromMatrix(2.0 * Eigen::Matrix3d::Identity(), "R").error().message, HasSubstr("not a rotation"));
-  EXPECT_THAT(RotationFromMatrix(Eigen::Matrix3d::Zero(), "R").error().message, HasSubstr("not a rotation"));
+  // A published calibration has this.
+  Eigen::Matrix3d mirror = Eigen::Vector3d(1, 1, -1).asDiagonal();
+  EXPECT_THAT(RotationFromMatrix(mirror, "T.R").error().message,
+              HasSubstr("T.R: determinant -1.0000"));
+  EXPECT_THAT(RotationFromMatrix(2.0 * Eigen::Matrix3d::Identity(), "R").error().message,
+              HasSubstr("not a rotation"));
+  EXPECT_THAT(RotationFromMatrix(Eigen::Matrix3d::Zero(), "R").error().message,
+              HasSubstr("not a rotation"));
   Eigen::Matrix3d poisoned = Eigen::Matrix3d::Identity();
   poisoned(1, 2) = std::numeric_limits<double>::infinity();
   EXPECT_THAT(RotationFromMatrix(poisoned, "R").error().message, HasSubstr("not finite"));

@@ -47,9 +47,9 @@ void SetRays(const RayPacket& packet, RTCRay8& rays, int* valid) {
   }
 }
 
-// Builds the tree in one thread: it, and with it the choice between triangles hit at equal range, is
-// the same on every run. In an arena of one, as Embree's own setting ("threads=1") would limit the
-// threads of the whole process.
+// Builds the tree in one thread: it, and with it the choice between triangles hit at equal range,
+// is the same on every run. In an arena of one, as Embree's own setting ("threads=1") would limit
+// the threads of the whole process.
 void Commit(RTCScene scene) {
   tbb::task_arena(1).execute([scene] { rtcCommitScene(scene); });
 }

@@ -114,8 +114,9 @@ TEST(Faults, UnknownSensorsAreNamed) {
 // Every number of every fault, not finite in turn.
 TEST(Faults, NumbersThatAreNoneAreRefused) {
   SequenceOptions good = StandardSequence("courtyard-easy", test::Hilti());
-  good.faults.lidar_gap = good.faults.empty_sweeps = good.faults.nan_points = good.faults.corrupted_sweeps =
-      good.faults.imu_gap = good.faults.image_gap = good.faults.lights_off = FaultWindow{1.0, 2.0};
+  good.faults.lidar_gap = good.faults.empty_sweeps = good.faults.nan_points =
+      good.faults.corrupted_sweeps = good.faults.imu_gap = good.faults.image_gap =
+          good.faults.lights_off = FaultWindow{1.0, 2.0};
   good.faults.imu_saturation = ImuSaturation{50.0, 5.0};
   good.faults.exposure_jump = ExposureJump{.window = {1.0, 2.0}, .factor = 2.0};
   good.faults.time_jump = TimeJump{1.0, 2.0};
@@ -124,14 +125,15 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
   ASSERT_TRUE(CheckOptions(good)) << CheckOptions(good).error().message;
   const auto numbers = [](SequenceOptions& options) {
     SequenceFaults& f = options.faults;
-    std::vector<double*> all = {&options.seconds,          &options.rest,
-                                &f.imu_saturation->rate,   &f.imu_saturation->acceleration,
-                                &f.exposure_jump->factor,  &f.time_jump->start,
-                                &f.time_jump->back,        &f.extrinsics->rotation,
+    std::vector<double*> all = {&options.seconds,           &options.rest,
+                                &f.imu_saturation->rate,    &f.imu_saturation->acceleration,
+                                &f.exposure_jump->factor,   &f.time_jump->start,
+                                &f.time_jump->back,         &f.extrinsics->rotation,
                                 &f.extrinsics->translation, &f.clocks["imu"].offset,
                                 &f.clocks["imu"].drift_ppm};
-    for (FaultWindow* window : {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points, &*f.corrupted_sweeps, &*f.imu_gap,
-                                &*f.image_gap, &*f.lights_off, &f.exposure_jump->window}) {
+    for (FaultWindow* window :
+         {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points, &*f.corrupted_sweeps, &*f.imu_gap,
+          &*f.image_gap, &*f.lights_off, &f.exposure_jump->window}) {
       all.insert(all.end(), {&window->start, &window->length});
     }
     return all;

@@ -59,7 +59,8 @@ class Texture {
   int levels() const { return static_cast<int>(offsets_.size()); }
 
   // Trilinear: bilinear within the two levels next to `lod` (0: full size; clamped to the pyramid).
-  // u to the right, v down the rows, in repeats (|u|, |v| < 1e9); texel (0, 0) is centred on (0.5, 0.5) / size.
+  // u to the right, v down the rows, in repeats (|u|, |v| < 1e9); texel (0, 0) is centred on (0.5,
+  // 0.5) / size.
   Eigen::Vector3f Sample(float u, float v, float lod) const;
 
  private:

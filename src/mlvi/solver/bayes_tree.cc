@@ -36,7 +36,8 @@ BayesTree::Top BayesTree::Detach(const std::vector<int>& touched) {
   }
   for (const int c : removed) {
     const Clique& clique = cliques_[c];
-    top.variables.insert(top.variables.end(), clique.variables.begin(), clique.variables.begin() + clique.frontal_count);
+    top.variables.insert(top.variables.end(), clique.variables.begin(),
+                         clique.variables.begin() + clique.frontal_count);
     for (const int f : clique.factors) {
       if (factors_[f].alive()) top.factors.push_back(f);
     }
@@ -97,12 +98,15 @@ int BayesTree::Restructure(const std::vector<int>& touched, const std::vector<in
   return graph.columns;
 }
 
-int BayesTree::FirstEliminated(const int* begin, const int* end, const EliminationForest& forest) const {
-  return *std::min_element(
-      begin, end, [&](int a, int b) { return forest.position[local_[a]] < forest.position[local_[b]]; });
+int BayesTree::FirstEliminated(const int* begin, const int* end,
+                               const EliminationForest& forest) const {
+  return *std::min_element(begin, end, [&](int a, int b) {
+    return forest.position[local_[a]] < forest.position[local_[b]];
+  });
 }
 
-void BayesTree::AddCliques(const Top& top, const EliminationForest& forest, std::vector<int>* index) {
+void BayesTree::AddCliques(const Top& top, const EliminationForest& forest,
+                           std::vector<int>* index) {
   index->resize(forest.cliques.size());
   for (int& c : *index) c = NewClique();
   for (std::size_t i = 0; i < forest.cliques.size(); ++i) {
@@ -138,14 +142,15 @@ void BayesTree::Attach(const Top& top, const EliminationForest& forest) {
   for (const int f : top.factors) {
     Factor& factor = factors_[f];
     const int* variables = factor.variables.data();
-    factor.clique = clique_of_[FirstEliminated(variables, variables + factor.variables.size(), forest)];
+    factor.clique =
+        clique_of_[FirstEliminated(variables, variables + factor.variables.size(), forest)];
     cliques_[factor.clique].factors.push_back(f);
   }
   for (const int c : top.orphans) {
     Clique& orphan = cliques_[c];
     const int* variables = orphan.variables.data();
-    orphan.parent = clique_of_[FirstEliminated(variables + orphan.frontal_count, variables + orphan.variables.size(),
-                                              forest)];
+    orphan.parent = clique_of_[FirstEliminated(variables + orphan.frontal_count,
+                                               variables + orphan.variables.size(), forest)];
     cliques_[orphan.parent].children.push_back(c);
   }
   for (const int c : index) PlaceCoordinates(&cliques_[c]);

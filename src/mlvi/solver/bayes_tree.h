@@ -12,19 +12,23 @@
 
 namespace mlvi::internal {
 
-// The Bayes tree of iSAM2 (Kaess et al. 2012, section 3) in information form: every clique holds its part of the
-// Cholesky factor and the Schur complement that it hands to its parent, so that any top of the tree can be eliminated
-// anew from its own factors and the Schur complements of the subtrees that hang below it.
+// The Bayes tree of iSAM2 (Kaess et al. 2012, section 3) in information form: every clique holds
+// its part of the Cholesky factor and the Schur complement that it hands to its parent, so that any
+// top of the tree can be eliminated anew from its own factors and the Schur complements of the
+// subtrees that hang below it.
 class BayesTree {
  public:
   // Borrows both tables, which the owner may extend between calls.
-  BayesTree(VariableTable* variables, std::vector<Factor>* factors) : variables_(*variables), factors_(*factors) {}
+  BayesTree(VariableTable* variables, std::vector<Factor>* factors)
+      : variables_(*variables), factors_(*factors) {}
 
-  // Changes the structure (iSAM2, algorithm 3): takes out all cliques between the variables `touched` and the roots,
-  // and orders the variables of those cliques anew, together with the variables of `touched` that were not in the tree,
-  // the factors `added`, and without factors that are no longer alive. Variables in `newest` are eliminated last. New
-  // cliques are dirty. Returns the number of variables ordered.
-  int Restructure(const std::vector<int>& touched, const std::vector<int>& added, const std::vector<int>& newest);
+  // Changes the structure (iSAM2, algorithm 3): takes out all cliques between the variables
+  // `touched` and the roots, and orders the variables of those cliques anew, together with the
+  // variables of `touched` that were not in the tree, the factors `added`, and without factors that
+  // are no longer alive. Variables in `newest` are eliminated last. New cliques are dirty. Returns
+  // the number of variables ordered.
+  int Restructure(const std::vector<int>& touched, const std::vector<int>& added,
+                  const std::vector<int>& newest);
   // The clique must be eliminated again, and so must all above it.
   void MarkDirty(int clique);
 
@@ -35,10 +39,11 @@ class BayesTree {
   // Eliminates all dirty cliques, children before parents, independent subtrees in parallel.
   Elimination Eliminate();
 
-  // Solves for the steps, from the roots down, in the cliques eliminated since the last call and wherever a step above
-  // changed (iSAM2, section 5.2 "partial state updates"). The steps of a clique are left alone when this costs no more
-  // than `tolerance` of the linearised objective, which is the sum of such costs over the cliques: the result is above
-  // the linear optimum by at most clique_count() * `tolerance`. Returns the variables whose steps changed.
+  // Solves for the steps, from the roots down, in the cliques eliminated since the last call and
+  // wherever a step above changed (iSAM2, section 5.2 "partial state updates"). The steps of a
+  // clique are left alone when this costs no more than `tolerance` of the linearised objective,
+  // which is the sum of such costs over the cliques: the result is above the linear optimum by at
+  // most clique_count() * `tolerance`. Returns the variables whose steps changed.
   const std::vector<int>& Solve(double tolerance);
 
   // Covariance of the steps of `variables` (tangent space at the linearisation points).
@@ -59,12 +64,16 @@ class BayesTree {
     std::vector<int> children, factors;
     std::vector<FrontRun> runs;  // of the separator in the parent's front
     AlignedBuffer panel, remainder;
-    // Per dimension of the front: the sum of the diagonals of all factors of this subtree, by which pivots are judged.
+    // Per dimension of the front: the sum of the diagonals of all factors of this subtree, by which
+    // pivots are judged.
     std::vector<double> diagonal;
     bool dirty = false, solve = false, removed = false;
 
     Front front() {
-      return {.frontal = frontal, .separator = separator, .panel = panel.data(), .remainder = remainder.data()};
+      return {.frontal = frontal,
+              .separator = separator,
+              .panel = panel.data(),
+              .remainder = remainder.data()};
     }
   };
   // The top of the tree that a Restructure takes out.
@@ -81,8 +90,8 @@ class BayesTree {
   int NewClique();
 
   struct Schedule {
-    std::vector<int> order;                  // dirty cliques, parents first
-    std::vector<int> place, waiting;         // per clique: place in `order`; per place: dirty children
+    std::vector<int> order;           // dirty cliques, parents first
+    std::vector<int> place, waiting;  // per clique: place in `order`; per place: dirty children
     std::vector<std::vector<int>> subtrees;  // cliques of each, parents first
   };
   std::vector<int> DirtyTopDown() const;
@@ -103,8 +112,8 @@ class BayesTree {
   std::vector<Factor>& factors_;
   std::vector<Clique> cliques_;
   std::vector<int> free_, roots_, dirty_;
-  std::vector<int> clique_of_;                // per variable: where it is frontal
-  std::vector<int> local_;                    // scratch per variable
+  std::vector<int> clique_of_;  // per variable: where it is frontal
+  std::vector<int> local_;      // scratch per variable
   std::vector<int> changed_;
   std::vector<char> is_changed_;
 };

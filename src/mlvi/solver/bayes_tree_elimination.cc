@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Elimination of the dirty cliques of the Bayes tree. Subtrees do not depend on one another, so they are eliminated in
-// parallel; every clique adds its factors and children in the order of its lists, so no sum depends on the schedule.
+// Elimination of the dirty cliques of the Bayes tree. Subtrees do not depend on one another, so
+// they are eliminated in parallel; every clique adds its factors and children in the order of its
+// lists, so no sum depends on the schedule.
 #include <algorithm>
 #include <atomic>
 
@@ -12,9 +13,11 @@
 namespace mlvi::internal {
 namespace {
 
-// A pivot below this part of the information that went into its variable is round-off: the variable is undetermined.
+// A pivot below this part of the information that went into its variable is round-off: the variable
+// is undetermined.
 constexpr double kSingularPivot = 1e-14;
-// Arithmetic of a subtree, in multiplications, that is worth a task of its own: some tens of microseconds.
+// Arithmetic of a subtree, in multiplications, that is worth a task of its own: some tens of
+// microseconds.
 constexpr double kTaskCost = 2e5;
 
 double Cost(int frontal, int separator) {
@@ -38,7 +41,8 @@ std::vector<int> BayesTree::DirtyTopDown() const {
   return order;
 }
 
-// Splits the dirty cliques into subtrees too small to be worth splitting, and the cliques above them.
+// Splits the dirty cliques into subtrees too small to be worth splitting, and the cliques above
+// them.
 BayesTree::Schedule BayesTree::PlanElimination() const {
   Schedule schedule;
   schedule.order = DirtyTopDown();
@@ -83,12 +87,14 @@ BayesTree::Elimination BayesTree::Eliminate() {
     const std::vector<int>& subtree = schedule.subtrees[s];
     for (auto it = subtree.rbegin(); it != subtree.rend(); ++it) eliminate(*it, &hessian);
     // Whoever finishes the last child of a clique goes on with the clique.
-    for (int c = cliques_[subtree.front()].parent; c >= 0 && --waiting[schedule.place[c]] == 0; c = cliques_[c].parent) {
+    for (int c = cliques_[subtree.front()].parent; c >= 0 && --waiting[schedule.place[c]] == 0;
+         c = cliques_[c].parent) {
       eliminate(c, &hessian);
     }
   });
 
-  Elimination result{.cliques = static_cast<int>(schedule.order.size()), .singular_variable = std::nullopt};
+  Elimination result{.cliques = static_cast<int>(schedule.order.size()),
+                     .singular_variable = std::nullopt};
   // The deepest one: what is above it has been spoilt by it.
   const auto bad = std::find_if(singular.rbegin(), singular.rend(), [](int v) { return v >= 0; });
   if (bad != singular.rend()) {
@@ -112,10 +118,12 @@ void BayesTree::Assemble(Clique* clique, AlignedBuffer* hessian) {
     const int count = static_cast<int>(factor.variables.size()), stride = factor.stride();
     hessian->Reserve(static_cast<std::size_t>(factor.dimension()) * stride);
     FormHessian(factor.augmented.data(), factor.rows, factor.dimension(), stride, hessian->data());
-    AddSymmetric(hessian->data(), stride, factor.start.data(), factor.coordinate.data(), count, front);
+    AddSymmetric(hessian->data(), stride, factor.start.data(), factor.coordinate.data(), count,
+                 front);
     for (int i = 0; i < count; ++i) {
       double* diagonal = clique->diagonal.data() + factor.coordinate[i];
-      for (int k = factor.start[i]; k < factor.start[i + 1]; ++k) *diagonal++ += hessian->data()[k * (stride + 1)];
+      for (int k = factor.start[i]; k < factor.start[i + 1]; ++k)
+        *diagonal++ += hessian->data()[k * (stride + 1)];
     }
   }
   for (const int c : clique->children) {

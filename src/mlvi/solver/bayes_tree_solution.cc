@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Solution for the steps from the roots of the Bayes tree down. Cliques read the steps of their ancestors and write their
-// own, so the subtrees below a clique are independent.
+// Solution for the steps from the roots of the Bayes tree down. Cliques read the steps of their
+// ancestors and write their own, so the subtrees below a clique are independent.
 #include <algorithm>
 #include <deque>
 
@@ -12,8 +12,9 @@
 namespace mlvi::internal {
 namespace {
 
-// The tree is followed breadth first until this many subtrees wait, which are then solved in parallel: enough to balance
-// the load of a few threads. It must not depend on their number, as it decides the order of the result.
+// The tree is followed breadth first until this many subtrees wait, which are then solved in
+// parallel: enough to balance the load of a few threads. It must not depend on their number, as it
+// decides the order of the result.
 constexpr std::size_t kSubtrees = 32;
 
 }  // namespace
@@ -21,9 +22,9 @@ constexpr std::size_t kSubtrees = 32;
 // Returns false if the steps were left alone, and with them the subtree.
 bool BayesTree::SolveClique(int c, double tolerance, SolveWorkspace* workspace) {
   Clique& clique = cliques_[c];
-  const bool reached =
-      clique.solve || std::any_of(clique.variables.begin() + clique.frontal_count, clique.variables.end(),
-                                  [&](int v) { return is_changed_[v] != 0; });
+  const bool reached = clique.solve || std::any_of(clique.variables.begin() + clique.frontal_count,
+                                                   clique.variables.end(),
+                                                   [&](int v) { return is_changed_[v] != 0; });
   if (!reached) return false;
   clique.solve = false;
   const Front front = clique.front();
@@ -36,7 +37,8 @@ bool BayesTree::SolveClique(int c, double tolerance, SolveWorkspace* workspace) 
     double*& next = static_cast<int>(i) < clique.frontal_count ? old_step : separator;
     next = std::copy_n(variables_.delta(v), variables_.tangent_size(v), next);
   }
-  if (!SolveFront(front, workspace->separator.data(), tolerance, workspace->frontal.data(), step)) return true;
+  if (!SolveFront(front, workspace->separator.data(), tolerance, workspace->frontal.data(), step))
+    return true;
   const double* next = step;
   for (int i = 0; i < clique.frontal_count; ++i) {
     const int v = clique.variables[i];
@@ -69,7 +71,8 @@ const std::vector<int>& BayesTree::Solve(double tolerance) {
     queue.insert(queue.end(), cliques_[c].children.begin(), cliques_[c].children.end());
   }
   std::vector<SolveWorkspace> workspaces(queue.size());
-  ParallelFor(queue.size(), 1, [&](std::size_t i) { SolveSubtree(queue[i], tolerance, &workspaces[i]); });
+  ParallelFor(queue.size(), 1,
+              [&](std::size_t i) { SolveSubtree(queue[i], tolerance, &workspaces[i]); });
   changed_ = std::move(top.changed);
   for (const SolveWorkspace& workspace : workspaces) {
     changed_.insert(changed_.end(), workspace.changed.begin(), workspace.changed.end());

@@ -12,8 +12,9 @@
 namespace mlvi::internal {
 namespace {
 
-// Merging a clique into its parent may add zeros up to this part of the merged panel, and always when the zeros are
-// fewer than kFreeZeros: below that the loop overhead of a clique costs more than the arithmetic.
+// Merging a clique into its parent may add zeros up to this part of the merged panel, and always
+// when the zeros are fewer than kFreeZeros: below that the loop overhead of a clique costs more
+// than the arithmetic.
 constexpr double kZeroPart = 0.15;
 constexpr int kFreeZeros = 100;
 // Larger cliques would be eliminated anew as a whole whenever one of their variables moves.
@@ -34,15 +35,18 @@ std::vector<int> Order(const Hypergraph& graph, std::vector<int> group) {
   std::vector<int> pattern(ccolamd_recommended(entries, graph.rows(), graph.columns));
   std::vector<int> next(start.begin(), start.end() - 1);
   for (int row = 0; row < graph.rows(); ++row) {
-    for (int i = graph.row_start[row]; i < graph.row_start[row + 1]; ++i) pattern[next[graph.entries[i]]++] = row;
+    for (int i = graph.row_start[row]; i < graph.row_start[row + 1]; ++i)
+      pattern[next[graph.entries[i]]++] = row;
   }
   double knobs[CCOLAMD_KNOBS];
   int statistics[CCOLAMD_STATS];
   ccolamd_set_defaults(knobs);
-  knobs[CCOLAMD_DENSE_ROW] = knobs[CCOLAMD_DENSE_COL] = -1.0;  // boundaries are dense rows and must count
-  const int ok = ccolamd(graph.rows(), graph.columns, static_cast<int>(pattern.size()), pattern.data(), start.data(),
-                         knobs, statistics, group.data());
-  MLVI_CHECK(ok == 1, "ccolamd status {} for {} columns", statistics[CCOLAMD_STATUS], graph.columns);
+  // Boundaries are dense rows and must count.
+  knobs[CCOLAMD_DENSE_ROW] = knobs[CCOLAMD_DENSE_COL] = -1.0;
+  const int ok = ccolamd(graph.rows(), graph.columns, static_cast<int>(pattern.size()),
+                         pattern.data(), start.data(), knobs, statistics, group.data());
+  MLVI_CHECK(ok == 1, "ccolamd status {} for {} columns", statistics[CCOLAMD_STATUS],
+             graph.columns);
   std::copy_n(start.begin(), graph.columns, order.begin());
   return order;
 }
@@ -53,8 +57,10 @@ int Dimension(const std::vector<int>& columns, const std::vector<int>& sizes) {
   return dimension;
 }
 
-bool ShouldMerge(int child_frontal, int child_separator, int parent_frontal, int parent_separator, int zeros_before) {
-  const int zeros = child_frontal * (parent_frontal + parent_separator - child_separator) + zeros_before;
+bool ShouldMerge(int child_frontal, int child_separator, int parent_frontal, int parent_separator,
+                 int zeros_before) {
+  const int zeros =
+      child_frontal * (parent_frontal + parent_separator - child_separator) + zeros_before;
   if (zeros == 0) return true;
   const int frontal = child_frontal + parent_frontal;
   if (frontal > kMergedFrontal) return false;
@@ -65,7 +71,11 @@ bool ShouldMerge(int child_frontal, int child_separator, int parent_frontal, int
 class Builder {
  public:
   Builder(const Hypergraph& graph, const std::vector<int>& order, const std::vector<int>& sizes)
-      : graph_(graph), order_(order), sizes_(sizes), mark_(graph.columns, -1), children_(graph.columns) {
+      : graph_(graph),
+        order_(order),
+        sizes_(sizes),
+        mark_(graph.columns, -1),
+        children_(graph.columns) {
     position_.resize(graph.columns);
     for (int i = 0; i < graph.columns; ++i) position_[order[i]] = i;
     AssignRows();
@@ -123,7 +133,8 @@ class Builder {
     work.frontal_size = sizes_[column];
     work.separator_size = Dimension(separator, sizes_);
     MergeChildren(i, &work);
-    if (!separator.empty()) children_[position_[separator.front()]].push_back(static_cast<int>(work_.size()));
+    if (!separator.empty())
+      children_[position_[separator.front()]].push_back(static_cast<int>(work_.size()));
     work_.push_back(std::move(work));
   }
 
@@ -131,12 +142,13 @@ class Builder {
     for (const int index : children_[i]) {
       Work& child = work_[index];
       const int zeros = work->zeros + child.zeros;
-      if (!ShouldMerge(child.frontal_size, child.separator_size, work->frontal_size, work->separator_size, zeros)) {
+      if (!ShouldMerge(child.frontal_size, child.separator_size, work->frontal_size,
+                       work->separator_size, zeros)) {
         work->children.push_back(index);
         continue;
       }
-      work->zeros =
-          zeros + child.frontal_size * (work->frontal_size + work->separator_size - child.separator_size);
+      work->zeros = zeros + child.frontal_size *
+                                (work->frontal_size + work->separator_size - child.separator_size);
       work->frontal_size += child.frontal_size;
       std::vector<int>& frontal = work->clique.frontal;
       frontal.insert(frontal.end() - 1, child.clique.frontal.begin(), child.clique.frontal.end());
@@ -153,7 +165,8 @@ class Builder {
     for (std::size_t i = 0; i < work_.size(); ++i) {
       if (work_[i].merged) continue;
       new_index[i] = static_cast<int>(forest.cliques.size());
-      for (const int child : work_[i].children) forest.cliques[new_index[child]].parent = new_index[i];
+      for (const int child : work_[i].children)
+        forest.cliques[new_index[child]].parent = new_index[i];
       for (const int column : work_[i].clique.frontal) forest.clique_of[column] = new_index[i];
       forest.cliques.push_back(std::move(work_[i].clique));
     }

@@ -6,7 +6,8 @@
 
 namespace mlvi::internal {
 
-// Which columns occur together: the rows (factors, boundaries of subtrees) over columns 0..columns-1, concatenated.
+// Which columns occur together: the rows (factors, boundaries of subtrees) over columns
+// 0..columns-1, concatenated.
 struct Hypergraph {
   int columns = 0;
   std::vector<int> row_start = {0};  // rows + 1 entries
@@ -28,9 +29,10 @@ struct EliminationForest {
   std::vector<int> position;   // per column: its place in the order of elimination
 };
 
-// Orders the columns by CCOLAMD (Davis, Gilbert, Larimore and Ng 2004), all columns of a lower `group` before those of a
-// higher one (groups count from 0 without gaps), and finds the cliques. Small cliques are merged with their parents as
-// long as the zeros so stored (`sizes` = dimensions per column) stay few.
+// Orders the columns by CCOLAMD (Davis, Gilbert, Larimore and Ng 2004), all columns of a lower
+// `group` before those of a higher one (groups count from 0 without gaps), and finds the cliques.
+// Small cliques are merged with their parents as long as the zeros so stored (`sizes` = dimensions
+// per column) stay few.
 EliminationForest AnalyzeElimination(const Hypergraph& graph, const std::vector<int>& group,
                                      const std::vector<int>& sizes);
 

@@ -35,7 +35,8 @@ TEST(EliminationForest, IsAJunctionForestOfTheGraph) {
   RandomStream random(1, "forest");
   for (int trial = 0; trial < 200; ++trial) {
     const int columns = 1 + static_cast<int>(random.Uniform() * 40);
-    const Hypergraph graph = RandomGraph(random, columns, static_cast<int>(random.Uniform() * 2 * columns));
+    const Hypergraph graph =
+        RandomGraph(random, columns, static_cast<int>(random.Uniform() * 2 * columns));
     std::vector<int> sizes(columns, 1 + trial % 6), group(columns, 0);
     const EliminationForest forest = AnalyzeElimination(graph, group, sizes);
     // Every column is eliminated exactly once.
@@ -58,8 +59,10 @@ TEST(EliminationForest, IsAJunctionForestOfTheGraph) {
     }
     // Every row lies within the clique of its first column.
     for (int row = 0; row < graph.rows(); ++row) {
-      const auto begin = graph.entries.begin() + graph.row_start[row], end = graph.entries.begin() + graph.row_start[row + 1];
-      const int first = *std::min_element(begin, end, [&](int a, int b) { return forest.position[a] < forest.position[b]; });
+      const auto begin = graph.entries.begin() + graph.row_start[row],
+                 end = graph.entries.begin() + graph.row_start[row + 1];
+      const int first = *std::min_element(
+          begin, end, [&](int a, int b) { return forest.position[a] < forest.position[b]; });
       const std::set<int> members = Members(forest.cliques[forest.clique_of[first]]);
       EXPECT_TRUE(std::all_of(begin, end, [&](int v) { return members.contains(v); }));
     }
@@ -92,9 +95,11 @@ TEST(EliminationForest, AChainNeedsNoFill) {
   }
   std::vector<int> group(graph.columns, 0);
   group.back() = 1;
-  const EliminationForest forest = AnalyzeElimination(graph, group, std::vector<int>(graph.columns, 6));
+  const EliminationForest forest =
+      AnalyzeElimination(graph, group, std::vector<int>(graph.columns, 6));
   EXPECT_EQ(forest.position.back(), graph.columns - 1);
-  for (const EliminationForest::Clique& clique : forest.cliques) EXPECT_LE(clique.separator.size(), 2u);
+  for (const EliminationForest::Clique& clique : forest.cliques)
+    EXPECT_LE(clique.separator.size(), 2u);
 }
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace {
 
 typedef double Vector __attribute__((vector_size(64)));  // NOLINT(modernize-use-using): attribute
 
-// out (rows x tangent, rows `stride` apart) = J (rows x ambient) * plus (ambient x tangent), both row-major.
+// out (rows x tangent, rows `stride` apart) = J (rows x ambient) * plus (ambient x tangent), both
+// row-major.
 template <int kAmbient, int kTangent>
 void MultiplyFixed(const double* J, const double* plus, int rows, int stride, double* out) {
   using Plus = Eigen::Matrix<double, kAmbient, kTangent, Eigen::RowMajor>;
@@ -22,7 +23,8 @@ void MultiplyFixed(const double* J, const double* plus, int rows, int stride, do
   }
 }
 
-void MultiplyAny(const double* J, const double* plus, int rows, int ambient, int tangent, int stride, double* out) {
+void MultiplyAny(const double* J, const double* plus, int rows, int ambient, int tangent,
+                 int stride, double* out) {
   for (int r = 0; r < rows; ++r) {
     for (int t = 0; t < tangent; ++t) {
       double sum = 0.0;
@@ -39,7 +41,8 @@ void CopyRows(const double* J, int rows, int columns, int stride, double* out) {
 bool AllFinite(const double* values, std::size_t size) {
   // Eight sums at a time; 0 * x is NaN for infinite and NaN x.
   Vector sum = {};
-  for (std::size_t i = 0; i < size; i += kVectorSize) sum += 0.0 * *reinterpret_cast<const Vector*>(values + i);
+  for (std::size_t i = 0; i < size; i += kVectorSize)
+    sum += 0.0 * *reinterpret_cast<const Vector*>(values + i);
   double total = 0.0;
   for (int k = 0; k < kVectorSize; ++k) total += sum[k];
   return total == 0.0;
@@ -51,10 +54,12 @@ double SquaredNorm(const std::vector<double>& values) {
   return sum;
 }
 
-// Replaces rows [A | r] by the fewer rows of a triangular matrix with the same A^T A, A^T r and |r|. Returns their number.
+// Replaces rows [A | r] by the fewer rows of a triangular matrix with the same A^T A, A^T r and
+// |r|. Returns their number.
 int Triangularize(int rows, int columns, int stride, double* augmented) {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::Map<RowMajor, 0, Eigen::OuterStride<>> map(augmented, rows, columns, Eigen::OuterStride<>(stride));
+  Eigen::Map<RowMajor, 0, Eigen::OuterStride<>> map(augmented, rows, columns,
+                                                    Eigen::OuterStride<>(stride));
   const Eigen::HouseholderQR<RowMajor> qr(map);
   map.topRows(columns) = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
   return columns;
@@ -78,12 +83,14 @@ bool FactorWorkspace::EvaluateAugmented(const VariableTable& variables, const Fa
     jacobians_.push_back(next);
     next += static_cast<std::size_t>(rows) * variables.ambient_size(v);
   }
-  if (!factor.cost->Evaluate(parameters_.data(), residuals_.data(), jacobians_.data())) return false;
+  if (!factor.cost->Evaluate(parameters_.data(), residuals_.data(), jacobians_.data()))
+    return false;
 
   const int stride = factor.stride();
   augmented_.Reset(static_cast<std::size_t>(rows) * stride);
   for (std::size_t i = 0; i < factor.variables.size(); ++i) {
-    const int v = factor.variables[i], ambient = variables.ambient_size(v), tangent = variables.tangent_size(v);
+    const int v = factor.variables[i], ambient = variables.ambient_size(v),
+              tangent = variables.tangent_size(v);
     const double* plus = variables.plus_jacobian(v);
     double* out = augmented_.data() + factor.start[i];
     if (plus == nullptr) {
@@ -133,14 +140,16 @@ double FactorWorkspace::ModelError(const VariableTable& variables, const Factor&
   const int stride = factor.stride(), dimension = factor.dimension();
   step_.Reset(stride);
   double* step = step_.data();
-  for (const int v : factor.variables) step = std::copy_n(variables.delta(v), variables.tangent_size(v), step);
+  for (const int v : factor.variables)
+    step = std::copy_n(variables.delta(v), variables.tangent_size(v), step);
   *step = 1.0;  // times r
   double model = factor.objective;
   for (int r = 0; r < factor.rows; ++r) {
     const double* row = factor.augmented.data() + static_cast<std::size_t>(r) * stride;
     Vector sum = {};
     for (int i = 0; i < stride; i += kVectorSize) {
-      sum += *reinterpret_cast<const Vector*>(row + i) * *reinterpret_cast<const Vector*>(step_.data() + i);
+      sum += *reinterpret_cast<const Vector*>(row + i) *
+             *reinterpret_cast<const Vector*>(step_.data() + i);
     }
     double residual = 0.0;
     for (int i = 0; i < kVectorSize; ++i) residual += sum[i];

@@ -14,9 +14,10 @@
 
 namespace mlvi::internal {
 
-// One factor and its linear approximation around the linearisation points of its variables: objective + 1/2 |A d + r|^2
-// - 1/2 |r|^2 for a step d. A and r take a third of the memory that the Hessian of a factor between two poses would, and
-// memory is what limits both the elimination and the check of the approximation.
+// One factor and its linear approximation around the linearisation points of its variables:
+// objective + 1/2 |A d + r|^2 - 1/2 |r|^2 for a step d. A and r take a third of the memory that the
+// Hessian of a factor between two poses would, and memory is what limits both the elimination and
+// the check of the approximation.
 struct Factor {
   std::shared_ptr<const ceres::CostFunction> cost;  // null once removed
   std::shared_ptr<const ceres::LossFunction> loss;
@@ -39,18 +40,19 @@ struct Factor {
 // Memory for evaluating factors, kept between calls.
 class FactorWorkspace {
  public:
-  // Evaluates at the linearisation points and fills factor->augmented. The loss enters as a weight of the residual
-  // (iteratively reweighted least squares), so A^T A is positive semidefinite. False when the cost function refuses or a
-  // number is not finite; the factor is then as before.
+  // Evaluates at the linearisation points and fills factor->augmented. The loss enters as a weight
+  // of the residual (iteratively reweighted least squares), so A^T A is positive semidefinite.
+  // False when the cost function refuses or a number is not finite; the factor is then as before.
   bool Linearize(const VariableTable& variables, Factor* factor);
-  // How much the approximation errs about the objective of the factor at the estimate. Not finite when the
-  // cost function refuses.
+  // How much the approximation errs about the objective of the factor at the estimate. Not finite
+  // when the cost function refuses.
   double ModelError(const VariableTable& variables, const Factor& factor);
   // 1/2 loss(|cost|^2) at the estimate; NaN when the cost function refuses.
   double Objective(const VariableTable& variables, const Factor& factor);
 
  private:
-  // Residual and tangent Jacobian into augmented_: rows of stride() numbers, the residual behind the Jacobian.
+  // Residual and tangent Jacobian into augmented_: rows of stride() numbers, the residual behind
+  // the Jacobian.
   bool EvaluateAugmented(const VariableTable& variables, const Factor& factor);
 
   std::vector<const double*> parameters_;

@@ -19,17 +19,19 @@ constexpr std::align_val_t kAlignment{64};
 // Columns of one register tile; together with eight rows it fills the registers of AVX2.
 constexpr int kTileColumns = 6;
 
-// Eight doubles: one register with AVX-512, two with AVX2, four with SSE2. All give the same bits, as lanes never mix.
+// Eight doubles: one register with AVX-512, two with AVX2, four with SSE2. All give the same bits,
+// as lanes never mix.
 typedef double Vector __attribute__((vector_size(64)));  // NOLINT(modernize-use-using): attribute
 #define MLVI_INLINE inline __attribute__((always_inline))
 
 MLVI_INLINE const Vector& Load(const double* p) { return *reinterpret_cast<const Vector*>(p); }
 MLVI_INLINE Vector& At(double* p) { return *reinterpret_cast<Vector*>(p); }
 
-// C -= A B^T for kRows x 8 rows and kColumns columns; A and C column-major, the columns of B^T are rows of b.
+// C -= A B^T for kRows x 8 rows and kColumns columns; A and C column-major, the columns of B^T are
+// rows of b.
 template <int kRows, int kColumns>
-MLVI_INLINE void MultiplyTile(const double* a, const double* b, std::size_t stride, int depth, double* c,
-                              std::size_t c_stride) {
+MLVI_INLINE void MultiplyTile(const double* a, const double* b, std::size_t stride, int depth,
+                              double* c, std::size_t c_stride) {
   Vector sum[kColumns][kRows] = {};
   for (int k = 0; k < depth; ++k, a += stride, b += stride) {
     for (int j = 0; j < kColumns; ++j) {
@@ -43,8 +45,8 @@ MLVI_INLINE void MultiplyTile(const double* a, const double* b, std::size_t stri
 
 // The same for rows [row, rows) of A and C.
 template <int kRows, int kColumns>
-MLVI_INLINE void MultiplyColumns(const double* a, const double* b, std::size_t stride, int depth, int row, int rows,
-                                 double* c, std::size_t c_stride) {
+MLVI_INLINE void MultiplyColumns(const double* a, const double* b, std::size_t stride, int depth,
+                                 int row, int rows, double* c, std::size_t c_stride) {
   for (; row + kRows * kVectorSize <= rows; row += kRows * kVectorSize) {
     MultiplyTile<kRows, kColumns>(a + row, b, stride, depth, c + row, c_stride);
   }
@@ -54,8 +56,8 @@ MLVI_INLINE void MultiplyColumns(const double* a, const double* b, std::size_t s
 }
 
 template <int kRows>
-MLVI_INLINE void Multiply(int columns, const double* a, const double* b, std::size_t stride, int depth, int row,
-                          int rows, double* c, std::size_t c_stride) {
+MLVI_INLINE void Multiply(int columns, const double* a, const double* b, std::size_t stride,
+                          int depth, int row, int rows, double* c, std::size_t c_stride) {
   switch (columns) {
     case 1: return MultiplyColumns<kRows, 1>(a, b, stride, depth, row, rows, c, c_stride);
     case 2: return MultiplyColumns<kRows, 2>(a, b, stride, depth, row, rows, c, c_stride);
@@ -66,11 +68,13 @@ MLVI_INLINE void Multiply(int columns, const double* a, const double* b, std::si
   }
 }
 
-// Rows from this one on, rounded down to a whole vector; what is touched above the diagonal is scratch.
+// Rows from this one on, rounded down to a whole vector; what is touched above the diagonal is
+// scratch.
 MLVI_INLINE int VectorRow(int row) { return row / kVectorSize * kVectorSize; }
 
 // Columns [begin, end) of the panel, to which all columns before have been applied.
-MLVI_INLINE int FactorizeColumns(const Front& front, int begin, int end, const double* diagonal, double tolerance) {
+MLVI_INLINE int FactorizeColumns(const Front& front, int begin, int end, const double* diagonal,
+                                 double tolerance) {
   const int rows = front.panel_stride();
   for (int j = begin; j < end; ++j) {
     double* column = front.panel + static_cast<std::size_t>(j) * rows;
@@ -82,7 +86,8 @@ MLVI_INLINE int FactorizeColumns(const Front& front, int begin, int end, const d
     for (int k = j + 1; k < end; ++k) {
       double* other = front.panel + static_cast<std::size_t>(k) * rows;
       const double factor = column[k];
-      for (int i = VectorRow(k); i < rows; i += kVectorSize) At(other + i) -= Load(column + i) * factor;
+      for (int i = VectorRow(k); i < rows; i += kVectorSize)
+        At(other + i) -= Load(column + i) * factor;
     }
   }
   return -1;
@@ -94,8 +99,8 @@ MLVI_INLINE int Factorize(const Front& front, const double* diagonal, double tol
   for (int j = 0; j < front.frontal; j += kTileColumns) {
     const int end = std::min(j + kTileColumns, front.frontal);
     if (j > 0) {
-      Multiply<kRows>(end - j, front.panel, front.panel + j, stride, j, VectorRow(j), static_cast<int>(stride),
-                      front.panel + j * stride, stride);
+      Multiply<kRows>(end - j, front.panel, front.panel + j, stride, j, VectorRow(j),
+                      static_cast<int>(stride), front.panel + j * stride, stride);
     }
     const int bad = FactorizeColumns(front, j, end, diagonal, tolerance);
     if (bad >= 0) return bad;
@@ -103,8 +108,9 @@ MLVI_INLINE int Factorize(const Front& front, const double* diagonal, double tol
   const double* below = front.panel + PadRows(front.frontal);
   const std::size_t remainder_stride = front.remainder_stride();
   for (int j = 0; j < front.separator; j += kTileColumns) {
-    Multiply<kRows>(std::min(kTileColumns, front.separator - j), below, below + j, stride, front.frontal, VectorRow(j),
-                    static_cast<int>(remainder_stride), front.remainder + j * remainder_stride, remainder_stride);
+    Multiply<kRows>(std::min(kTileColumns, front.separator - j), below, below + j, stride,
+                    front.frontal, VectorRow(j), static_cast<int>(remainder_stride),
+                    front.remainder + j * remainder_stride, remainder_stride);
   }
   return -1;
 }
@@ -116,7 +122,8 @@ MLVI_INLINE double Sum(const Vector& v) {
 
 // x_j = y_j - <L_sf column j, x_separator> for the columns [begin, begin + kColumns).
 template <int kColumns>
-MLVI_INLINE void SubtractSeparator(const Front& front, int begin, const double* x_separator, double* x) {
+MLVI_INLINE void SubtractSeparator(const Front& front, int begin, const double* x_separator,
+                                   double* x) {
   const std::size_t stride = front.panel_stride();
   const int rows = front.remainder_stride();
   const double* below = front.below(begin);
@@ -125,7 +132,8 @@ MLVI_INLINE void SubtractSeparator(const Front& front, int begin, const double* 
     const Vector xi = Load(x_separator + i);
     for (int j = 0; j < kColumns; ++j) sum[j] += Load(below + j * stride + i) * xi;
   }
-  for (int j = 0; j < kColumns; ++j) x[begin + j] = below[j * stride + front.separator] - Sum(sum[j]);
+  for (int j = 0; j < kColumns; ++j)
+    x[begin + j] = below[j * stride + front.separator] - Sum(sum[j]);
 }
 
 // 1/2 |L_ff^T x - rhs|^2.
@@ -140,7 +148,8 @@ MLVI_INLINE double Excess(const Front& front, const double* rhs, const double* x
   return 0.5 * sum;
 }
 
-MLVI_INLINE bool Solve(const Front& front, const double* x_separator, double tolerance, const double* x_old, double* x) {
+MLVI_INLINE bool Solve(const Front& front, const double* x_separator, double tolerance,
+                       const double* x_old, double* x) {
   int j = 0;
   for (; j + kTileColumns <= front.frontal; j += kTileColumns) {
     SubtractSeparator<kTileColumns>(front, j, x_separator, x);
@@ -156,10 +165,12 @@ MLVI_INLINE bool Solve(const Front& front, const double* x_separator, double tol
   return true;
 }
 
-// Address of (row, column), row >= column; rows are contiguous within the frontal and the separator part.
+// Address of (row, column), row >= column; rows are contiguous within the frontal and the separator
+// part.
 MLVI_INLINE double* Element(const Front& front, int row, int column) {
   if (column >= front.frontal) {
-    return front.remainder + static_cast<std::size_t>(column - front.frontal) * front.remainder_stride() +
+    return front.remainder +
+           static_cast<std::size_t>(column - front.frontal) * front.remainder_stride() +
            (row - front.frontal);
   }
   if (row >= front.frontal) return front.below(column) + (row - front.frontal);
@@ -174,9 +185,11 @@ MLVI_INLINE void AddTo(double* __restrict out, const double* __restrict in, int 
   for (int i = 0; i < size; ++i) out[i] += in[i];
 }
 
-MLVI_INLINE void AddColumns(const Front& child, const FrontRun* runs, int run_count, int index, const Front& parent) {
+MLVI_INLINE void AddColumns(const Front& child, const FrontRun* runs, int run_count, int index,
+                            const Front& parent) {
   const FrontRun& columns = runs[index];
-  const std::size_t stride = child.remainder_stride(), out_stride = ColumnStride(parent, columns.parent);
+  const std::size_t stride = child.remainder_stride(),
+                    out_stride = ColumnStride(parent, columns.parent);
   const double* in = child.remainder + columns.child * stride;
   double* diagonal = Element(parent, columns.parent, columns.parent);
   double* right_side = Element(parent, parent.frontal + parent.separator, columns.parent);
@@ -188,12 +201,14 @@ MLVI_INLINE void AddColumns(const Front& child, const FrontRun* runs, int run_co
     const FrontRun& rows = runs[a];
     if (rows.parent > columns.parent) {
       double* out = Element(parent, rows.parent, columns.parent);
-      for (int k = 0; k < columns.size; ++k) AddTo(out + k * out_stride, in + k * stride + rows.child, rows.size);
+      for (int k = 0; k < columns.size; ++k)
+        AddTo(out + k * out_stride, in + k * stride + rows.child, rows.size);
     } else {  // the parent's order is the other way round
       double* out = Element(parent, columns.parent, rows.parent);
       const std::size_t row_stride = ColumnStride(parent, rows.parent);
       for (int k = 0; k < columns.size; ++k) {
-        for (int r = 0; r < rows.size; ++r) out[r * row_stride + k] += in[k * stride + rows.child + r];
+        for (int r = 0; r < rows.size; ++r)
+          out[r * row_stride + k] += in[k * stride + rows.child + r];
       }
     }
   }
@@ -203,8 +218,8 @@ MLVI_INLINE void Add(const Front& child, const FrontRun* runs, int run_count, co
   for (int b = 0; b < run_count; ++b) AddColumns(child, runs, run_count, b, parent);
 }
 
-MLVI_INLINE void AddBlocks(const double* matrix, int stride, const int* start, const int* coordinate, int count,
-                           const Front& front) {
+MLVI_INLINE void AddBlocks(const double* matrix, int stride, const int* start,
+                           const int* coordinate, int count, const Front& front) {
   for (int b = 0; b < count; ++b) {
     const std::size_t out_stride = ColumnStride(front, coordinate[b]);
     const int columns = start[b + 1] - start[b];
@@ -223,11 +238,13 @@ MLVI_INLINE void AddBlocks(const double* matrix, int stride, const int* start, c
       }
     }
     double* right_side = Element(front, front.frontal + front.separator, coordinate[b]);
-    for (int k = 0; k < columns; ++k) right_side[k * out_stride] += in[static_cast<std::size_t>(k) * stride + start[count]];
+    for (int k = 0; k < columns; ++k)
+      right_side[k * out_stride] += in[static_cast<std::size_t>(k) * stride + start[count]];
   }
 }
 
-MLVI_INLINE void Form(const double* augmented, int rows, int dimension, int stride, double* hessian) {
+MLVI_INLINE void Form(const double* augmented, int rows, int dimension, int stride,
+                      double* hessian) {
   for (int column = 0; column < dimension; ++column) {
     double* out = hessian + static_cast<std::size_t>(column) * stride;
     for (int i = 0; i < stride; i += kVectorSize) {
@@ -249,26 +266,28 @@ struct Kernels {
   void (*form_hessian)(const double*, int, int, int, double*);
 };
 
-#define MLVI_DEFINE_KERNELS(Name, kRows, target)                                                                     \
-  struct Name {                                                                                                      \
-    target static int RunFactorize(const Front& front, const double* diagonal, double tolerance) {                   \
-      return Factorize<kRows>(front, diagonal, tolerance);                                                           \
-    }                                                                                                                \
-    target static bool RunSolve(const Front& front, const double* x_separator, double tolerance, const double* x_old, \
-                                double* x) {                                                                         \
-      return Solve(front, x_separator, tolerance, x_old, x);                                                         \
-    }                                                                                                                \
-    target static void RunAdd(const Front& child, const FrontRun* runs, int run_count, const Front& parent) {        \
-      Add(child, runs, run_count, parent);                                                                           \
-    }                                                                                                                \
-    target static void RunAddBlocks(const double* matrix, int stride, const int* start, const int* coordinate,       \
-                                    int count, const Front& front) {                                                 \
-      AddBlocks(matrix, stride, start, coordinate, count, front);                                                    \
-    }                                                                                                                \
-    target static void RunForm(const double* augmented, int rows, int dimension, int stride, double* hessian) {      \
-      Form(augmented, rows, dimension, stride, hessian);                                                             \
-    }                                                                                                                \
-    static constexpr Kernels kKernels = {RunFactorize, RunSolve, RunAdd, RunAddBlocks, RunForm};                     \
+#define MLVI_DEFINE_KERNELS(Name, kRows, target)                                                   \
+  struct Name {                                                                                    \
+    target static int RunFactorize(const Front& front, const double* diagonal, double tolerance) { \
+      return Factorize<kRows>(front, diagonal, tolerance);                                         \
+    }                                                                                              \
+    target static bool RunSolve(const Front& front, const double* x_separator, double tolerance,   \
+                                const double* x_old, double* x) {                                  \
+      return Solve(front, x_separator, tolerance, x_old, x);                                       \
+    }                                                                                              \
+    target static void RunAdd(const Front& child, const FrontRun* runs, int run_count,             \
+                              const Front& parent) {                                               \
+      Add(child, runs, run_count, parent);                                                         \
+    }                                                                                              \
+    target static void RunAddBlocks(const double* matrix, int stride, const int* start,            \
+                                    const int* coordinate, int count, const Front& front) {        \
+      AddBlocks(matrix, stride, start, coordinate, count, front);                                  \
+    }                                                                                              \
+    target static void RunForm(const double* augmented, int rows, int dimension, int stride,       \
+                               double* hessian) {                                                  \
+      Form(augmented, rows, dimension, stride, hessian);                                           \
+    }                                                                                              \
+    static constexpr Kernels kKernels = {RunFactorize, RunSolve, RunAdd, RunAddBlocks, RunForm};   \
   };
 
 MLVI_DEFINE_KERNELS(Generic, 1, )
@@ -330,8 +349,8 @@ void FormHessian(const double* augmented, int rows, int dimension, int stride, d
   ChosenKernels().form_hessian(augmented, rows, dimension, stride, hessian);
 }
 
-void AddSymmetric(const double* matrix, int stride, const int* start, const int* coordinate, int count,
-                  const Front& front) {
+void AddSymmetric(const double* matrix, int stride, const int* start, const int* coordinate,
+                  int count, const Front& front) {
   ChosenKernels().add_symmetric(matrix, stride, start, coordinate, count, front);
 }
 
@@ -339,7 +358,8 @@ int FactorizeFront(const Front& front, const double* diagonal, double tolerance)
   return ChosenKernels().factorize(front, diagonal, tolerance);
 }
 
-bool SolveFront(const Front& front, const double* x_separator, double tolerance, const double* x_old, double* x) {
+bool SolveFront(const Front& front, const double* x_separator, double tolerance,
+                const double* x_old, double* x) {
   return ChosenKernels().solve(front, x_separator, tolerance, x_old, x);
 }
 

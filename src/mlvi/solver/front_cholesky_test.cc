@@ -59,12 +59,14 @@ TEST_P(FrontCholesky, FactorisesLikeEigenAndLeavesTheSchurComplement) {
   ASSERT_EQ(FactorizeFront(f.front, f.H.diagonal().eval().data(), 1e-14), -1);
 
   const MatrixXd L = f.H.llt().matrixL();
-  const MatrixXd schur = f.H.bottomRightCorner(ns, ns) - L.bottomLeftCorner(ns, nf) * L.bottomLeftCorner(ns, nf).transpose();
+  const MatrixXd schur = f.H.bottomRightCorner(ns, ns) -
+                         L.bottomLeftCorner(ns, nf) * L.bottomLeftCorner(ns, nf).transpose();
   const VectorXd y = L.topLeftCorner(nf, nf).triangularView<Eigen::Lower>().solve(f.b.head(nf));
   const VectorXd rest = f.b.tail(ns) - L.bottomLeftCorner(ns, nf) * y;
   const double tolerance = 1e-12 * f.H.norm();
   for (int j = 0; j < nf; ++j) {
-    for (int i = j; i < nf; ++i) EXPECT_NEAR(f.front.panel[j * f.front.panel_stride() + i], L(i, j), tolerance);
+    for (int i = j; i < nf; ++i)
+      EXPECT_NEAR(f.front.panel[j * f.front.panel_stride() + i], L(i, j), tolerance);
     for (int i = 0; i < ns; ++i) EXPECT_NEAR(f.front.below(j)[i], L(nf + i, j), tolerance);
     EXPECT_NEAR(f.front.below(j)[ns], y(j), tolerance);
   }
@@ -102,8 +104,10 @@ TEST_P(FrontCholesky, SolvesOnlyWhenTheOldStepCostsMoreThanTheTolerance) {
   const VectorXd old = x.head(nf) + d;
   const double cost = 0.5 * d.dot(f.H.topLeftCorner(nf, nf) * d);
   VectorXd frontal(nf);
-  EXPECT_FALSE(SolveFront(f.front, separator.data(), cost * (1.0 + 1e-6), old.data(), frontal.data()));
-  EXPECT_TRUE(SolveFront(f.front, separator.data(), cost * (1.0 - 1e-6), old.data(), frontal.data()));
+  EXPECT_FALSE(
+      SolveFront(f.front, separator.data(), cost * (1.0 + 1e-6), old.data(), frontal.data()));
+  EXPECT_TRUE(
+      SolveFront(f.front, separator.data(), cost * (1.0 - 1e-6), old.data(), frontal.data()));
   EXPECT_LT((frontal - x.head(nf)).norm(), 1e-9 * x.norm());
 }
 
@@ -139,9 +143,10 @@ TEST_P(FrontCholesky, NamesTheFirstColumnThatIsNotPositive) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, FrontCholesky,
-                         testing::Values(FrontCase{1, 0}, FrontCase{1, 1}, FrontCase{6, 0}, FrontCase{6, 6},
-                                         FrontCase{5, 9}, FrontCase{8, 7}, FrontCase{13, 24}, FrontCase{30, 1},
-                                         FrontCase{48, 151}, FrontCase{97, 33}));
+                         testing::Values(FrontCase{1, 0}, FrontCase{1, 1}, FrontCase{6, 0},
+                                         FrontCase{6, 6}, FrontCase{5, 9}, FrontCase{8, 7},
+                                         FrontCase{13, 24}, FrontCase{30, 1}, FrontCase{48, 151},
+                                         FrontCase{97, 33}));
 
 }  // namespace
 }  // namespace mlvi::internal

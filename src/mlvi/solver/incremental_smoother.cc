@@ -25,11 +25,15 @@ void SortUnique(std::vector<int>* values) {
 
 class IncrementalSmoother::Impl {
  public:
-  explicit Impl(const IncrementalSmootherConfig& config) : config_(config), tree_(&variables_, &factors_) {
-    MLVI_CHECK(config.relinearize_threshold > 0.0, "relinearize_threshold {}", config.relinearize_threshold);
+  explicit Impl(const IncrementalSmootherConfig& config)
+      : config_(config), tree_(&variables_, &factors_) {
+    MLVI_CHECK(config.relinearize_threshold > 0.0, "relinearize_threshold {}",
+               config.relinearize_threshold);
     MLVI_CHECK(config.urgency >= 1.0, "urgency {}", config.urgency);
-    MLVI_CHECK(config.model_error_threshold > 0.0, "model_error_threshold {}", config.model_error_threshold);
-    MLVI_CHECK(config.wildfire_threshold >= 0.0, "wildfire_threshold {}", config.wildfire_threshold);
+    MLVI_CHECK(config.model_error_threshold > 0.0, "model_error_threshold {}",
+               config.model_error_threshold);
+    MLVI_CHECK(config.wildfire_threshold >= 0.0, "wildfire_threshold {}",
+               config.wildfire_threshold);
     MLVI_CHECK(config.max_rounds >= 1, "max_rounds {}", config.max_rounds);
   }
 
@@ -39,7 +43,8 @@ class IncrementalSmoother::Impl {
     return VariableId(variables_.Add(value, std::move(manifold), scale));
   }
 
-  FactorId AddFactor(std::shared_ptr<const ceres::CostFunction> cost, std::shared_ptr<const ceres::LossFunction> loss,
+  FactorId AddFactor(std::shared_ptr<const ceres::CostFunction> cost,
+                     std::shared_ptr<const ceres::LossFunction> loss,
                      std::span<const VariableId> variables);
   void RemoveFactor(FactorId factor);
   Expected<IncrementalSmootherSummary> Update();
@@ -47,7 +52,8 @@ class IncrementalSmoother::Impl {
 
   const internal::VariableTable& variables() const { return variables_; }
   int CheckedIndex(VariableId id) const {
-    MLVI_CHECK(id.value() >= 0 && id.value() < variables_.size(), "variable {} of {}", id.value(), variables_.size());
+    MLVI_CHECK(id.value() >= 0 && id.value() < variables_.size(), "variable {} of {}", id.value(),
+               variables_.size());
     return static_cast<int>(id.value());
   }
   bool Contains(FactorId id) const {
@@ -82,8 +88,9 @@ class IncrementalSmoother::Impl {
   std::vector<char> factor_mark_;  // scratch per factor
   std::vector<char> is_stale_;     // scratch per variable
   bool is_urgent_ = false;
-  std::vector<double> backup_;    // estimates before the Update, in case it fails
-  std::vector<int> stale_;        // variables that the last Update should have linearised anew, had it had more rounds
+  std::vector<double> backup_;  // estimates before the Update, in case it fails
+  // Variables that the last Update should have linearised anew, had it had more rounds.
+  std::vector<int> stale_;
   int factor_count_ = 0;
 };
 
@@ -92,14 +99,17 @@ FactorId IncrementalSmoother::Impl::AddFactor(std::shared_ptr<const ceres::CostF
                                               std::span<const VariableId> variables) {
   MLVI_CHECK(cost != nullptr, "a factor without cost function");
   const std::vector<std::int32_t>& sizes = cost->parameter_block_sizes();
-  MLVI_CHECK(sizes.size() == variables.size(), "{} variables for {} parameter blocks", variables.size(), sizes.size());
+  MLVI_CHECK(sizes.size() == variables.size(), "{} variables for {} parameter blocks",
+             variables.size(), sizes.size());
   internal::Factor factor;
   factor.start = {0};
   for (std::size_t i = 0; i < variables.size(); ++i) {
     const int v = CheckedIndex(variables[i]);
-    MLVI_CHECK(variables_.ambient_size(v) == sizes[i], "variable {} has size {}, block {} of the factor {}", v,
-               variables_.ambient_size(v), i, sizes[i]);
-    MLVI_CHECK(std::ranges::find(factor.variables, v) == factor.variables.end(), "variable {} twice in a factor", v);
+    MLVI_CHECK(variables_.ambient_size(v) == sizes[i],
+               "variable {} has size {}, block {} of the factor {}", v, variables_.ambient_size(v),
+               i, sizes[i]);
+    MLVI_CHECK(std::ranges::find(factor.variables, v) == factor.variables.end(),
+               "variable {} twice in a factor", v);
     factor.variables.push_back(v);
     factor.start.push_back(factor.start.back() + variables_.tangent_size(v));
   }
@@ -122,9 +132,11 @@ void IncrementalSmoother::Impl::RemoveFactor(FactorId id) {
 
 Error IncrementalSmoother::Impl::Describe(int factor) const {
   std::string names;
-  for (const int v : factors_[factor].variables) names += fmt::format("{}{}", names.empty() ? "" : ", ", v);
+  for (const int v : factors_[factor].variables)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", v);
   return Error{ErrorKind::kEstimation,
-               fmt::format("factor {} between variables {} cannot be evaluated or gives a number that is not finite; "
+               fmt::format("factor {} between variables {} cannot be evaluated or gives a number "
+                           "that is not finite; "
                            "check its measurement and the values of its variables, or remove it",
                            factor, names)};
 }
@@ -147,7 +159,8 @@ std::optional<Error> IncrementalSmoother::Impl::Linearize(const std::vector<int>
   std::vector<char> failed(factors.size(), 0);
   ParallelForChunks(factors.size(), kFactorGrain, [&](std::size_t begin, std::size_t end) {
     internal::FactorWorkspace workspace;
-    for (std::size_t i = begin; i < end; ++i) failed[i] = !workspace.Linearize(variables_, &factors_[factors[i]]);
+    for (std::size_t i = begin; i < end; ++i)
+      failed[i] = !workspace.Linearize(variables_, &factors_[factors[i]]);
   });
   const auto bad = std::ranges::find(failed, 1);
   if (bad == failed.end()) return std::nullopt;
@@ -178,7 +191,8 @@ std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& ch
   is_urgent_ |= std::ranges::any_of(urgent, [](char u) { return u != 0; });
   for (std::size_t i = 0; i < factors.size(); ++i) {
     if (!errs[i]) continue;
-    for (const int v : factors_[factors[i]].variables) is_stale_[v] |= variables_.ScaledStep(v) > 0.0;
+    for (const int v : factors_[factors[i]].variables)
+      is_stale_[v] |= variables_.ScaledStep(v) > 0.0;
   }
   std::vector<int> stale;
   for (int v = 0; v < variables_.size(); ++v) {
@@ -204,14 +218,16 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
     }
   }
   SortUnique(&touched);
-  // Removed factors vanish from the tree, but can come back (DiscardPending) until the update has succeeded.
+  // Removed factors vanish from the tree, but can come back (DiscardPending) until the update has
+  // succeeded.
   std::vector<std::shared_ptr<const ceres::CostFunction>> removed;
   for (const int f : pending_removals_) removed.push_back(std::move(factors_[f].cost));
   // All variables of new factors go last, as the next factors will most likely touch them again.
   if (!touched.empty()) summary.reordered_variables = tree_.Restructure(touched, added, touched);
 
   if (std::optional<Error> error = Iterate(&summary)) {
-    for (std::size_t i = 0; i < removed.size(); ++i) factors_[pending_removals_[i]].cost = std::move(removed[i]);
+    for (std::size_t i = 0; i < removed.size(); ++i)
+      factors_[pending_removals_[i]].cost = std::move(removed[i]);
     RestoreCommitted();
     return tl::unexpected(*error);
   }
@@ -235,12 +251,15 @@ std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSumma
     const internal::BayesTree::Elimination elimination = tree_.Eliminate();
     summary->reeliminated_cliques += elimination.cliques;
     if (elimination.singular_variable) {
-      return Error{ErrorKind::kEstimation,
-                   fmt::format("the factors do not determine variable {}: add a prior or the missing factors",
-                               *elimination.singular_variable)};
+      return Error{
+          ErrorKind::kEstimation,
+          fmt::format(
+              "the factors do not determine variable {}: add a prior or the missing factors",
+              *elimination.singular_variable)};
     }
     const std::vector<int>& changed = tree_.Solve(config_.wildfire_threshold);
-    ParallelFor(changed.size(), kFactorGrain, [&](std::size_t i) { variables_.UpdateEstimate(changed[i]); });
+    ParallelFor(changed.size(), kFactorGrain,
+                [&](std::size_t i) { variables_.UpdateEstimate(changed[i]); });
     moved = FindStale(changed);
   } while (is_urgent_ && summary->rounds < config_.max_rounds);
   summary->converged = !is_urgent_;
@@ -258,7 +277,8 @@ void IncrementalSmoother::Impl::Commit() {
   committed_factors_ = static_cast<int>(factors_.size());
 }
 
-// Back to the state of the last successful Update, with the same estimates and new linearisation points at them.
+// Back to the state of the last successful Update, with the same estimates and new linearisation
+// points at them.
 void IncrementalSmoother::Impl::RestoreCommitted() {
   variables_.Restore(backup_);
   stale_.clear();
@@ -337,16 +357,20 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Update() { return impl
 void IncrementalSmoother::DiscardPending() { impl_->DiscardPending(); }
 std::span<const double> IncrementalSmoother::Estimate(VariableId variable) const {
   const int v = impl_->CheckedIndex(variable);
-  return {impl_->variables().estimate(v), static_cast<std::size_t>(impl_->variables().ambient_size(v))};
+  return {impl_->variables().estimate(v),
+          static_cast<std::size_t>(impl_->variables().ambient_size(v))};
 }
 Eigen::MatrixXd IncrementalSmoother::MarginalCovariance(VariableId variable) const {
   return impl_->Covariance(std::span(&variable, 1));
 }
-Eigen::MatrixXd IncrementalSmoother::MarginalCovariance(std::span<const VariableId> variables) const {
+Eigen::MatrixXd IncrementalSmoother::MarginalCovariance(
+    std::span<const VariableId> variables) const {
   return impl_->Covariance(variables);
 }
 double IncrementalSmoother::Objective() const { return impl_->Objective(); }
-double IncrementalSmoother::FactorObjective(FactorId factor) const { return impl_->FactorObjective(factor); }
+double IncrementalSmoother::FactorObjective(FactorId factor) const {
+  return impl_->FactorObjective(factor);
+}
 int IncrementalSmoother::variable_count() const { return impl_->variables().size(); }
 int IncrementalSmoother::factor_count() const { return impl_->factor_count(); }
 bool IncrementalSmoother::Contains(FactorId factor) const { return impl_->Contains(factor); }

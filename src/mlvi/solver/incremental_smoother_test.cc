@@ -18,7 +18,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// Variables of the tests: a rotation in the plane with a position, (x, y, c, s), and Euclidean 2-vectors (landmarks).
+// Variables of the tests: a rotation in the plane with a position, (x, y, c, s), and Euclidean
+// 2-vectors (landmarks).
 struct PlanarPlus {
   template <typename T>
   bool Plus(const T* x, const T* d, T* out) const {
@@ -42,14 +43,17 @@ class PlanarManifold final : public Manifold {
  public:
   int AmbientSize() const override { return 4; }
   int TangentSize() const override { return 3; }
-  void Plus(const double* x, const double* delta, double* out) const override { PlanarPlus().Plus(x, delta, out); }
+  void Plus(const double* x, const double* delta, double* out) const override {
+    PlanarPlus().Plus(x, delta, out);
+  }
   void PlusJacobian(const double* x, double* jacobian) const override {
     using Jet = ceres::Jet<double, 3>;
     const std::array<Jet, 4> point = {Jet(x[0]), Jet(x[1]), Jet(x[2]), Jet(x[3])};
     const std::array<Jet, 3> zero = {Jet(0.0, 0), Jet(0.0, 1), Jet(0.0, 2)};
     std::array<Jet, 4> moved;
     PlanarPlus().Plus(point.data(), zero.data(), moved.data());
-    for (int row = 0; row < 4; ++row) Eigen::Map<Eigen::Vector3d>{jacobian + 3 * row} = moved[row].v;
+    for (int row = 0; row < 4; ++row)
+      Eigen::Map<Eigen::Vector3d>{jacobian + 3 * row} = moved[row].v;
   }
 };
 using Planar = Eigen::Vector4d;
@@ -92,7 +96,8 @@ struct ManySightings {
   std::vector<Eigen::Vector2d> measured;
   template <typename T>
   bool operator()(T const* const* x, T* r) const {
-    for (std::size_t k = 0; k < measured.size(); ++k) SightingError{measured[k]}(x[0], x[1], r + 2 * k);
+    for (std::size_t k = 0; k < measured.size(); ++k)
+      SightingError{measured[k]}(x[0], x[1], r + 2 * k);
     return true;
   }
 };
@@ -107,15 +112,21 @@ std::shared_ptr<ceres::CostFunction> Relative(const Eigen::Vector3d& measured) {
       new RelativeError{measured, Eigen::Vector3d(10.0, 10.0, 30.0)});
 }
 std::shared_ptr<ceres::CostFunction> Prior(const Planar& prior, double weight = 100.0) {
-  return std::make_shared<ceres::AutoDiffCostFunction<PriorError, 3, 4>>(new PriorError{prior, weight});
+  return std::make_shared<ceres::AutoDiffCostFunction<PriorError, 3, 4>>(
+      new PriorError{prior, weight});
 }
 std::shared_ptr<ceres::CostFunction> Sighting(const Eigen::Vector2d& measured) {
-  return std::make_shared<ceres::AutoDiffCostFunction<SightingError, 2, 4, 2>>(new SightingError{measured});
+  return std::make_shared<ceres::AutoDiffCostFunction<SightingError, 2, 4, 2>>(
+      new SightingError{measured});
 }
 
 // So small that the result is the optimum to the accuracy of the linear algebra.
 IncrementalSmootherConfig Exact() {
-  return {.relinearize_threshold = 1e-9, .model_error_threshold = 1e-12, .wildfire_threshold = 0.0, .urgency = 1.0, .max_rounds = 30};
+  return {.relinearize_threshold = 1e-9,
+          .model_error_threshold = 1e-12,
+          .wildfire_threshold = 0.0,
+          .urgency = 1.0,
+          .max_rounds = 30};
 }
 
 // The same graph in the smoother and, on demand, in Ceres.
@@ -158,7 +169,8 @@ class World {
   };
   Batch Solve(const std::vector<VariableId>& covariance_of = {}) const {
     ceres::Problem::Options ownership;
-    ownership.cost_function_ownership = ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ownership.cost_function_ownership = ownership.loss_function_ownership =
+        ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
     Batch batch;
     for (const VariableId id : ids) batch.values.push_back(Estimate(id));
@@ -180,7 +192,8 @@ class World {
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     batch.objective = summary.final_cost;
-    if (!covariance_of.empty()) batch.covariance = Covariance(covariance_of, &problem, &batch.values);
+    if (!covariance_of.empty())
+      batch.covariance = Covariance(covariance_of, &problem, &batch.values);
     return batch;
   }
 
@@ -204,7 +217,8 @@ class World {
     int size = 0;
     for (const VariableId id : ids) {
       blocks.push_back((*values)[id.value()].data());
-      size += (*values)[id.value()].size() == 4 ? 3 : static_cast<int>((*values)[id.value()].size());
+      size +=
+          (*values)[id.value()].size() == 4 ? 3 : static_cast<int>((*values)[id.value()].size());
     }
     EXPECT_TRUE(covariance.Compute(blocks, problem));
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> joint(size, size);
@@ -227,7 +241,8 @@ class RandomWorld : public World {
       return;
     }
     const Planar previous = Estimate(poses_.back());
-    const Eigen::Vector3d motion(1.0 + 0.2 * random_.Normal(), 0.2 * random_.Normal(), 0.5 * random_.Normal());
+    const Eigen::Vector3d motion(1.0 + 0.2 * random_.Normal(), 0.2 * random_.Normal(),
+                                 0.5 * random_.Normal());
     Planar next, guess;
     PlanarPlus().Plus(truth_.back().data(), motion.data(), next.data());
     const Eigen::Vector3d measured = motion + Noise();
@@ -241,8 +256,12 @@ class RandomWorld : public World {
   VariableId pose(int k) const { return poses_[k]; }
 
  private:
-  Eigen::Vector3d Noise() { return 0.05 * Eigen::Vector3d(random_.Normal(), random_.Normal(), random_.Normal()); }
-  int Pick(std::size_t size) { return static_cast<int>(random_.Uniform() * static_cast<double>(size)); }
+  Eigen::Vector3d Noise() {
+    return 0.05 * Eigen::Vector3d(random_.Normal(), random_.Normal(), random_.Normal());
+  }
+  int Pick(std::size_t size) {
+    return static_cast<int>(random_.Uniform() * static_cast<double>(size));
+  }
   void AddPose(const Planar& truth) { AddPose(truth, truth); }
   void AddPose(const Planar& truth, const Planar& guess) {
     truth_.push_back(truth);
@@ -254,16 +273,20 @@ class RandomWorld : public World {
     Eigen::Vector3d d;
     PlanarPlus().Minus(truth_[b].data(), truth_[a].data(), d.data());
     d += Noise();
-    removable_.push_back(Connect(Relative(d), {poses_[a], poses_[b]}, std::make_shared<ceres::CauchyLoss>(3.0)));
+    removable_.push_back(
+        Connect(Relative(d), {poses_[a], poses_[b]}, std::make_shared<ceres::CauchyLoss>(3.0)));
   }
   void SeeLandmark() {
-    const Eigen::Vector2d point = truth_.back().head<2>() + Eigen::Vector2d(random_.Normal(), random_.Normal());
+    const Eigen::Vector2d point =
+        truth_.back().head<2>() + Eigen::Vector2d(random_.Normal(), random_.Normal());
     const VariableId landmark = Add(point);
     const int count = static_cast<int>(poses_.size());
     for (int i = std::max(0, count - 3); i < count; ++i) {
       const Eigen::Vector2d d = point - truth_[i].head<2>();
-      const Eigen::Vector2d local(truth_[i][2] * d.x() + truth_[i][3] * d.y(), truth_[i][2] * d.y() - truth_[i][3] * d.x());
-      Connect(Sighting(local + 0.05 * Eigen::Vector2d(random_.Normal(), random_.Normal())), {poses_[i], landmark});
+      const Eigen::Vector2d local(truth_[i][2] * d.x() + truth_[i][3] * d.y(),
+                                  truth_[i][2] * d.y() - truth_[i][3] * d.x());
+      Connect(Sighting(local + 0.05 * Eigen::Vector2d(random_.Normal(), random_.Normal())),
+              {poses_[i], landmark});
     }
   }
   void RemoveOne() {
@@ -289,7 +312,8 @@ TEST(IncrementalSmoother, EqualsBatchOnRandomGraphsWithInsertionsAndRemovals) {
       const World::Batch batch = world.Solve();
       EXPECT_NEAR(world.smoother.Objective(), batch.objective, 1e-9 * (1.0 + batch.objective));
       for (const VariableId id : world.ids) {
-        EXPECT_LT((world.Estimate(id) - batch.values[id.value()]).norm(), 1e-6) << "seed " << seed << " step " << i;
+        EXPECT_LT((world.Estimate(id) - batch.values[id.value()]).norm(), 1e-6)
+            << "seed " << seed << " step " << i;
       }
     }
     EXPECT_EQ(world.smoother.factor_count(), static_cast<int>(world.factors.size()));
@@ -323,7 +347,8 @@ TEST(IncrementalSmoother, SingleAndJointMarginalsEqualBatch) {
     if (current->second.loss != nullptr) world.Remove(FactorId(current->first));
   }
   ASSERT_TRUE(world.smoother.Update());
-  const std::vector<VariableId> chosen = {world.ids[7], world.ids[0], world.ids.back(), world.ids[15]};
+  const std::vector<VariableId> chosen = {world.ids[7], world.ids[0], world.ids.back(),
+                                          world.ids[15]};
   const Eigen::MatrixXd expected = world.Solve(chosen).covariance;
   const Eigen::MatrixXd joint = world.smoother.MarginalCovariance(chosen);
   ASSERT_EQ(joint.rows(), expected.rows());
@@ -363,7 +388,8 @@ TEST(IncrementalSmoother, RemovingAFactorEqualsNeverHavingAddedIt) {
   with.Remove(wrong);
   EXPECT_FALSE(with.smoother.Contains(wrong));
   ASSERT_TRUE(with.smoother.Update());
-  for (const VariableId id : with.ids) EXPECT_LT((with.Estimate(id) - without.Estimate(id)).norm(), 1e-7);
+  for (const VariableId id : with.ids)
+    EXPECT_LT((with.Estimate(id) - without.Estimate(id)).norm(), 1e-7);
 }
 
 TEST(IncrementalSmoother, UnconstrainedVariableIsNamedAndTheSmootherGoesOn) {
@@ -381,7 +407,8 @@ TEST(IncrementalSmoother, UnconstrainedVariableIsNamedAndTheSmootherGoesOn) {
   std::vector<double> after = world.AllEstimates();
   after.resize(before.size());
   EXPECT_EQ(after, before);
-  EXPECT_LT((world.smoother.MarginalCovariance(world.ids[4]) - covariance).norm(), 1e-6 * covariance.norm());
+  EXPECT_LT((world.smoother.MarginalCovariance(world.ids[4]) - covariance).norm(),
+            1e-6 * covariance.norm());
   world.Connect(Prior(Planar(5, 5, 1, 0)), {lonely});  // repaired
   ASSERT_TRUE(world.smoother.Update());
   EXPECT_LT((world.Estimate(lonely) - Planar(5, 5, 1, 0)).norm(), 1e-9);
@@ -413,8 +440,9 @@ TEST(IncrementalSmoother, NotFiniteFactorIsNamedAndCanBeDropped) {
     const FactorId bad = world.Connect(Relative({nan, 0, 0}), {world.pose(1), world.pose(9)});
     const auto failed = world.smoother.Update();
     ASSERT_FALSE(failed);
-    EXPECT_THAT(failed.error().message, HasSubstr(fmt::format("factor {} between variables {}, {} ", bad.value(), world.pose(1).value(),
-                                                            world.pose(9).value())));
+    EXPECT_THAT(failed.error().message,
+                HasSubstr(fmt::format("factor {} between variables {}, {} ", bad.value(),
+                                      world.pose(1).value(), world.pose(9).value())));
     EXPECT_EQ(world.AllEstimates(), before);
     if (discard) {
       world.smoother.DiscardPending();
@@ -456,7 +484,8 @@ TEST(IncrementalSmoother, RobustLossesEqualBatch) {
     if (i > 0) world.Connect(Relative({1.0, 0.0, 0.0}), {world.ids[i - 1], world.ids[i]});
     ASSERT_TRUE(world.smoother.Update());
   }
-  world.Connect(Relative({3.0, 2.0, 0.5}), {world.ids[2], world.ids[15]}, std::make_shared<ceres::CauchyLoss>(1.0));
+  world.Connect(Relative({3.0, 2.0, 0.5}), {world.ids[2], world.ids[15]},
+                std::make_shared<ceres::CauchyLoss>(1.0));
   ASSERT_TRUE(world.smoother.Update());
   const World::Batch batch = world.Solve();
   EXPECT_NEAR(world.smoother.Objective(), batch.objective, 1e-6 * batch.objective);
@@ -472,12 +501,15 @@ TEST(IncrementalSmoother, TallFactorsEqualBatch) {
     world.Connect(Prior(Planar(0, 0, 1, 0)), {world.ids[0]});
     RandomStream random(4, "sightings");
     ManySightings sightings;
-    for (int k = 0; k < 20; ++k) sightings.measured.emplace_back(1.0 + 0.1 * random.Normal(), 2.0 + 0.1 * random.Normal());
-    auto cost = std::make_shared<ceres::DynamicAutoDiffCostFunction<ManySightings>>(new ManySightings(sightings));
+    for (int k = 0; k < 20; ++k)
+      sightings.measured.emplace_back(1.0 + 0.1 * random.Normal(), 2.0 + 0.1 * random.Normal());
+    auto cost = std::make_shared<ceres::DynamicAutoDiffCostFunction<ManySightings>>(
+        new ManySightings(sightings));
     cost->AddParameterBlock(4);
     cost->AddParameterBlock(2);
     cost->SetNumResiduals(40);
-    world.Connect(cost, {world.ids[0], world.ids[1]}, robust ? std::make_shared<ceres::CauchyLoss>(3.0) : nullptr);
+    world.Connect(cost, {world.ids[0], world.ids[1]},
+                  robust ? std::make_shared<ceres::CauchyLoss>(3.0) : nullptr);
     ASSERT_TRUE(world.smoother.Update());
     const World::Batch batch = world.Solve();
     EXPECT_GT(batch.objective, 1.0);
@@ -491,12 +523,14 @@ TEST(IncrementalSmoother, BrokenContractsThrow) {
   const VariableId a = world.Add(Planar(0, 0, 1, 0));
   const VariableId point = world.Add(Eigen::Vector2d(0, 0));
   EXPECT_THROW(world.smoother.AddFactor(Relative({1, 0, 0}), nullptr, {a, a}), ContractViolation);
-  EXPECT_THROW(world.smoother.AddFactor(Relative({1, 0, 0}), nullptr, {a, point}), ContractViolation);
+  EXPECT_THROW(world.smoother.AddFactor(Relative({1, 0, 0}), nullptr, {a, point}),
+               ContractViolation);
   EXPECT_THROW(world.smoother.AddFactor(Relative({1, 0, 0}), nullptr, {a}), ContractViolation);
   EXPECT_THROW(world.smoother.RemoveFactor(FactorId(0)), ContractViolation);
   EXPECT_THROW(world.smoother.Estimate(VariableId(2)), ContractViolation);
   const Planar value(0, 0, 1, 0);
-  EXPECT_THROW(world.smoother.AddVariable(Span(value), nullptr, Span(Eigen::Vector3d(1, 1, 1))), ContractViolation);
+  EXPECT_THROW(world.smoother.AddVariable(Span(value), nullptr, Span(Eigen::Vector3d(1, 1, 1))),
+               ContractViolation);
 }
 
 }  // namespace

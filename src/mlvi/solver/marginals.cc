@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Marginal covariances from the Bayes tree. The columns of H^-1 that belong to a variable need the Cholesky factor only
-// between its clique and the root: L y = e stays zero elsewhere, and L^T x = y is wanted only there.
+// Marginal covariances from the Bayes tree. The columns of H^-1 that belong to a variable need the
+// Cholesky factor only between its clique and the root: L y = e stays zero elsewhere, and L^T x = y
+// is wanted only there.
 #include <Eigen/Cholesky>
 #include <algorithm>
 
@@ -47,9 +48,11 @@ Eigen::MatrixXd BayesTree::Covariance(const std::vector<int>& variables) const {
 
   const auto panel = [&](const Clique& clique) {
     const int below = PadRows(clique.frontal);
-    return Eigen::Map<const MatrixXd>(clique.panel.data(), below + PadRows(clique.separator + 1), clique.frontal);
+    return Eigen::Map<const MatrixXd>(clique.panel.data(), below + PadRows(clique.separator + 1),
+                                      clique.frontal);
   };
-  // Forward, L y = e, then backward, L^T x = y; the separator of a path's clique is frontal in cliques of the path.
+  // Forward, L y = e, then backward, L^T x = y; the separator of a path's clique is frontal in
+  // cliques of the path.
   for (const int c : cliques) {
     const Clique& clique = cliques_[c];
     const auto L = panel(clique);

@@ -13,11 +13,11 @@ int VariableTable::Add(std::span<const double> value, std::shared_ptr<const Mani
                        std::span<const double> scale) {
   const int ambient = static_cast<int>(value.size());
   MLVI_CHECK(ambient > 0, "a variable of size {}", ambient);
-  MLVI_CHECK(manifold == nullptr || manifold->AmbientSize() == ambient, "value of {} for a manifold in {} dimensions",
-             ambient, manifold->AmbientSize());
+  MLVI_CHECK(manifold == nullptr || manifold->AmbientSize() == ambient,
+             "value of {} for a manifold in {} dimensions", ambient, manifold->AmbientSize());
   const int tangent = manifold != nullptr ? manifold->TangentSize() : ambient;
-  MLVI_CHECK(scale.empty() || static_cast<int>(scale.size()) == tangent, "{} scales for {} dimensions", scale.size(),
-             tangent);
+  MLVI_CHECK(scale.empty() || static_cast<int>(scale.size()) == tangent,
+             "{} scales for {} dimensions", scale.size(), tangent);
   for (const double s : scale) MLVI_CHECK(s > 0.0, "scale {}", s);
   const int v = size();
   manifolds_.push_back(std::move(manifold));
@@ -27,7 +27,8 @@ int VariableTable::Add(std::span<const double> value, std::shared_ptr<const Mani
   estimate_.insert(estimate_.end(), value.begin(), value.end());
   delta_.resize(tangent_start_.back(), 0.0);
   for (int k = 0; k < tangent; ++k) inverse_scale_.push_back(scale.empty() ? 1.0 : 1.0 / scale[k]);
-  jacobian_start_.push_back(jacobian_start_.back() + (manifolds_[v] != nullptr ? ambient * tangent : 0));
+  jacobian_start_.push_back(jacobian_start_.back() +
+                            (manifolds_[v] != nullptr ? ambient * tangent : 0));
   plus_jacobian_.resize(jacobian_start_.back());
   ComputePlusJacobian(v);
   return v;
@@ -53,7 +54,8 @@ double VariableTable::ScaledStep(int v) const {
   const double* inverse_scale = inverse_scale_.data() + tangent_start_[v];
   const double* step = delta(v);
   double distance = 0.0;
-  for (int k = 0; k < tangent_size(v); ++k) distance = std::max(distance, std::abs(step[k]) * inverse_scale[k]);
+  for (int k = 0; k < tangent_size(v); ++k)
+    distance = std::max(distance, std::abs(step[k]) * inverse_scale[k]);
   return distance;
 }
 

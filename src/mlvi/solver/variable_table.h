@@ -11,8 +11,8 @@
 
 namespace mlvi::internal {
 
-// All variables of a smoother, by index, in contiguous arrays: linearisation point, step from it, and estimate =
-// linearisation point boxplus step.
+// All variables of a smoother, by index, in contiguous arrays: linearisation point, step from it,
+// and estimate = linearisation point boxplus step.
 class VariableTable {
  public:
   int Add(std::span<const double> value, std::shared_ptr<const Manifold> manifold,
@@ -28,13 +28,14 @@ class VariableTable {
   double* delta(int v) { return delta_.data() + tangent_start_[v]; }
   const double* delta(int v) const { return delta_.data() + tangent_start_[v]; }
 
-  // ambient_size x tangent_size, row-major, at the linearisation point; null for a Euclidean variable.
+  // ambient_size x tangent_size, row-major, at the linearisation point; null for a Euclidean
+  // variable.
   const double* plus_jacobian(int v) const;
 
   // max_k |step_k| / scale_k.
   double ScaledStep(int v) const;
 
-  void UpdateEstimate(int v);              // from linearisation point and step
+  void UpdateEstimate(int v);               // from linearisation point and step
   void MoveLinearizationToEstimate(int v);  // the step becomes zero
   // Saved and restored as a whole; restoring moves the linearisation points too.
   const std::vector<double>& estimates() const { return estimate_; }

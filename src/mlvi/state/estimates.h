@@ -18,25 +18,30 @@ namespace mlvi {
 // Points in a named frame, m.
 using PointCloud = std::vector<Eigen::Vector3f>;
 
-// Information of a registration along the six directions of the pose chart (BoxMinus: translation, then rotation, in the
-// body frame), and which of them the measurement could not tell.
+// Information of a registration along the six directions of the pose chart (BoxMinus: translation,
+// then rotation, in the body frame), and which of them the measurement could not tell.
 struct Degeneracy {
-  // Of the measurement alone, as far as the estimate heard it: singular along degenerate directions.
+  // Of the measurement alone, as far as the estimate heard it: singular along degenerate
+  // directions.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   int translation_directions = 0;  // number of degenerate ones, 0..3
   int rotation_directions = 0;
-  // Unit directions in the world frame, one column each, in the order of weakness; only the first n are degenerate.
+  // Unit directions in the world frame, one column each, in the order of weakness; only the first n
+  // are degenerate.
   Eigen::Matrix3d translation_axes = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d rotation_axes = Eigen::Matrix3d::Identity();
 
   bool any() const { return translation_directions + rotation_directions > 0; }
 };
 
-// What an estimate has to do with the local map that its odometry registers in and makes at the same time.
+// What an estimate has to do with the local map that its odometry registers in and makes at the
+// same time.
 struct MapTie {
-  Matrix6d covariance = Matrix6d::Zero();  // of the pose in the map, given all measurements (pose chart)
-  // How many times the map had been replaced before: the sum of -log(1 - share) over the sweeps since its beginning, of
-  // whose points `share` were new. Between two estimates the map has been replaced but for exp(age_i - age_j).
+  // Of the pose in the map, given all measurements (pose chart).
+  Matrix6d covariance = Matrix6d::Zero();
+  // How many times the map had been replaced before: the sum of -log(1 - share) over the sweeps
+  // since its beginning, of whose points `share` were new. Between two estimates the map has been
+  // replaced but for exp(age_i - age_j).
   double age = 0.0;
 };
 
@@ -48,7 +53,8 @@ struct OdometryEstimate {
   std::optional<MapTie> map;  // of an odometry that keeps one
 };
 
-// A guess of motion from another sensor: the relative pose between two instants with its covariance in the pose chart.
+// A guess of motion from another sensor: the relative pose between two instants with its covariance
+// in the pose chart.
 struct MotionPrior {
   Time from;
   Time to;

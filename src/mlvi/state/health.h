@@ -23,9 +23,9 @@ enum class Severity : int { kInfo = 0, kWarning = 1, kError = 2 };
 
 // Something a user should know: what was found, the numbers, the likely cause, the remedy.
 struct Event {
-  Time stamp;           // of the recording; invalid when not tied to an instant
+  Time stamp;  // of the recording; invalid when not tied to an instant
   Severity severity = Severity::kInfo;
-  std::string source;   // "imu", "lidar", "graph", ...
+  std::string source;  // "imu", "lidar", "graph", ...
   std::string message;
 };
 

@@ -17,7 +17,8 @@ NavState BoxPlus(const NavState& state, const Vector15d& delta) {
 
 Vector15d BoxMinus(const NavState& a, const NavState& b) {
   Vector15d delta;
-  delta << a.T_world_body.translation() - b.T_world_body.translation(), a.v_world_body - b.v_world_body,
+  delta << a.T_world_body.translation() - b.T_world_body.translation(),
+      a.v_world_body - b.v_world_body,
       LogSo3(b.T_world_body.rotation().conjugate() * a.T_world_body.rotation()),
       a.bias.accelerometer - b.bias.accelerometer, a.bias.gyroscope - b.bias.gyroscope;
   return delta;

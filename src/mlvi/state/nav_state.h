@@ -25,17 +25,21 @@ struct NavState {
   ImuBias bias;
 };
 
-// Error-state order of covariances: position, velocity, rotation, accelerometer bias, gyroscope bias.
+// Error-state order of covariances: position, velocity, rotation, accelerometer bias, gyroscope
+// bias.
 namespace nav_index {
-inline constexpr int kPosition = 0, kVelocity = 3, kRotation = 6, kAccelerometerBias = 9, kGyroscopeBias = 12;
+inline constexpr int kPosition = 0, kVelocity = 3, kRotation = 6, kAccelerometerBias = 9,
+                     kGyroscopeBias = 12;
 }
 
-// Position and velocity errors add in the world frame; rotation is a right perturbation (body frame).
+// Position and velocity errors add in the world frame; rotation is a right perturbation (body
+// frame).
 NavState BoxPlus(const NavState& state, const Vector15d& delta);
 Vector15d BoxMinus(const NavState& a, const NavState& b);
 
-// The pose's part of a covariance in error-state order, in the pose chart (BoxMinus of poses: position error in the body
-// frame, then rotation); `R_world_body` is the attitude that it belongs to.
+// The pose's part of a covariance in error-state order, in the pose chart (BoxMinus of poses:
+// position error in the body frame, then rotation); `R_world_body` is the attitude that it belongs
+// to.
 Matrix6d PoseChartCovariance(const Eigen::Matrix3d& R_world_body, const Matrix15d& covariance);
 
 }  // namespace mlvi

@@ -63,8 +63,8 @@ struct LinearizedWindow {
   }
 };
 
-// px^2, per axis, of a tracked position against the one where the feature is anchored. What a tracker
-// follows is by definition what it saw first, and it slips off from set to set.
+// px^2, per axis, of a tracked position against the one where the feature is anchored. What a
+// tracker follows is by definition what it saw first, and it slips off from set to set.
 double BearingVariance(const WindowObservation& anchor, const WindowObservation& target,
                        const WindowConfig& config);
 

@@ -120,8 +120,8 @@ bool SeesFrame(const WindowFeature& feature, FrameId frame) {
 
 // The features that go with the first frame: their window, without them changed.
 std::vector<std::size_t> KnownFeatures(const VioWindow& window, const WindowConfig& config) {
-  const LinearizedWindow system =
-      Linearize(window, config, 0.0, {.bearings = true, .imu = false, .rest = false, .prior = false});
+  const LinearizedWindow system = Linearize(
+      window, config, 0.0, {.bearings = true, .imu = false, .rest = false, .prior = false});
   std::vector<std::size_t> known;
   for (std::size_t f = 0; f < window.features.size(); ++f) {
     const double information = system.feature_information[static_cast<Eigen::Index>(f)];
