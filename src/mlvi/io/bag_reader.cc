@@ -17,6 +17,8 @@ constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 // A chunk claims its unpacked size; recorders cut chunks at 0.8 MB or after one large message.
 constexpr std::size_t kLargestChunk = std::size_t{1} << 30;
 constexpr std::size_t kLargestHeader = std::size_t{1} << 24;
+// As many as free threads may be busy with while the estimator works.
+constexpr std::size_t kChunksAhead = 4;
 
 enum class Op : std::uint8_t {
   kMessage = 2,
@@ -60,6 +62,13 @@ std::optional<Time> TimeField(ByteSpan header, std::string_view name) {
 
 bool IsOp(ByteSpan header, Op op) {
   return NumberField<std::uint8_t>(header, "op") == static_cast<std::uint8_t>(op);
+}
+
+// Whether it is the header of any record that bags have.
+bool HasOp(ByteSpan header) {
+  const auto op = NumberField<std::uint8_t>(header, "op");
+  return op && *op >= static_cast<std::uint8_t>(Op::kMessage) &&
+         *op <= static_cast<std::uint8_t>(Op::kConnection);
 }
 
 // What the file may be instead of a ROS 1 bag.
@@ -181,40 +190,61 @@ void BagReader::ReportDamage(std::uint64_t position, const std::string& what) {
   if (!damage_) damage_ = fmt::format("at byte {} of {}, {}", position, file_size_, what);
 }
 
-void BagReader::LoadChunk(std::uint64_t position) {
+// The chunk record at `position`, or what is wrong with it.
+tl::expected<PackedChunk, std::string> BagReader::ReadPacked(std::uint64_t position) {
   const auto record = ReadRecord(position);
   const auto size = record ? NumberField<std::uint32_t>(record->header, "size") : std::nullopt;
-  if (!size || !IsOp(record->header, Op::kChunk)) {
-    return ReportDamage(position, "the index names a chunk here, but there is none");
-  }
-  const std::string compression = TextField(record->header, "compression");
-  if (compression != "none" && compression != "bz2" && compression != "lz4") {
-    return ReportDamage(position, fmt::format("a chunk of unknown compression '{}'", compression));
-  }
-  if (*size > kLargestChunk) {
-    return ReportDamage(position, fmt::format("a chunk that claims {} bytes", *size));
-  }
+  if (!size || !IsOp(record->header, Op::kChunk))
+    return tl::unexpected<std::string>("a chunk should be here, but there is none");
+  PackedChunk chunk{.compression = TextField(record->header, "compression"), .size = *size};
+  if (chunk.compression != "none" && chunk.compression != "bz2" && chunk.compression != "lz4")
+    return tl::unexpected(fmt::format("a chunk of unknown compression '{}'", chunk.compression));
+  if (*size > kLargestChunk)
+    return tl::unexpected(fmt::format("a chunk that claims {} bytes", *size));
   // Of a chunk that the end of the file cuts off, the first part is read.
   const std::uint64_t present = std::min<std::uint64_t>(
       record->data_size, file_size_ - std::min(file_size_, record->data_position));
-  std::vector<std::uint8_t> packed;
-  if (!ReadBytes(record->data_position, present, packed)) {
-    return ReportDamage(position, "the file cannot be read here");
+  chunk.cut_off = present < record->data_size;
+  if (!ReadBytes(record->data_position, present, chunk.bytes))
+    return tl::unexpected<std::string>("the file cannot be read here");
+  return chunk;
+}
+
+// Has free threads unpack the chunks that the index names next.
+void BagReader::UnpackAhead() {
+  const std::size_t end = std::min(next_chunk_ + kChunksAhead, chunk_infos_.size());
+  for (std::size_t i = next_chunk_; i < end; ++i) {
+    const std::uint64_t position = chunk_infos_[i].position;
+    if (ahead_.contains(position)) continue;
+    // What is wrong with it is said when its turn comes.
+    if (auto packed = ReadPacked(position); packed)
+      ahead_.emplace(position, ChunkJob(background_, *std::move(packed)));
   }
-  Decompressed unpacked = DecompressChunk(compression, packed, *size);
+}
+
+void BagReader::LoadChunk(std::uint64_t position) {
+  auto job = ahead_.extract(position);
+  if (job.empty()) {
+    auto packed = ReadPacked(position);
+    if (!packed) return ReportDamage(position, packed.error());
+    ahead_.emplace(position, ChunkJob(background_, *std::move(packed)));
+    job = ahead_.extract(position);
+  }
+  UnpackAhead();
+  const PackedChunk& packed = job.mapped().packed();
+  Decompressed unpacked = job.mapped().Take();
   auto chunk = std::make_unique<Chunk>();
   chunk->position = position;
   chunk->bytes = std::move(unpacked.bytes);
-  const bool cut_off = present < record->data_size;
-  ParseChunk(*chunk, unpacked.complete && !cut_off);
-  if (cut_off) {
+  ParseChunk(*chunk, unpacked.complete && !packed.cut_off);
+  if (packed.cut_off) {
     ReportDamage(position,
                  "the file ends within a chunk: the recording or a copy of it was cut off");
   } else if (!unpacked.complete) {
-    ReportDamage(position, fmt::format("a {} chunk does not unpack: {} of {} bytes", compression,
-                                       chunk->bytes.size(), *size));
+    ReportDamage(position, fmt::format("a {} chunk does not unpack: {} of {} bytes",
+                                       packed.compression, chunk->bytes.size(), packed.size));
   }
-  bytes_consumed_ += present;
+  bytes_consumed_ += packed.bytes.size();
   if (!chunk->entries.empty()) open_chunks_.push_back(std::move(chunk));
 }
 
@@ -244,21 +274,41 @@ void BagReader::ParseChunk(Chunk& chunk, bool complete) {
                    [](const Entry& a, const Entry& b) { return a.receipt < b.receipt; });
 }
 
+// Where the next chunk record at or behind `position` begins; the size of the file without one. Its
+// header begins with "compression=" as recorders write its fields in the order of the alphabet.
+std::uint64_t BagReader::FindChunk(std::uint64_t position) {
+  constexpr std::string_view kName = "compression=";
+  constexpr std::uint64_t kBefore = 8;  // the sizes of the header and of its first field
+  constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
+  std::vector<std::uint8_t> bytes;
+  for (; position < file_size_; position += kBlock) {
+    const std::uint64_t size = std::min(kBlock + kBefore + kName.size(), file_size_ - position);
+    if (!ReadBytes(position, size, bytes)) return file_size_;
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    for (auto at = text.find(kName, kBefore); at != text.npos; at = text.find(kName, at + 1)) {
+      const std::uint64_t begin = position + at - kBefore;
+      const auto record = ReadRecord(begin);
+      if (record && IsOp(record->header, Op::kChunk)) return begin;
+    }
+  }
+  return file_size_;
+}
+
 // Opens the next chunk in the order of the file; false at the end.
 bool BagReader::ScanNextChunk() {
   while (scan_position_ < file_size_) {
     const std::uint64_t position = scan_position_;
     const auto record = ReadRecord(position);
-    if (!record) {
-      ReportDamage(position, "no readable record: the recording or a copy of it was cut off here");
-      scan_position_ = file_size_;
-      return false;
-    }
-    scan_position_ = record->end();
-    if (IsOp(record->header, Op::kChunk)) {
+    const int damaged = damaged_places_;
+    if (record && IsOp(record->header, Op::kChunk)) {
+      scanned_chunk_ = position;
       LoadChunk(position);
-      if (!open_chunks_.empty()) return true;
+    } else if (!record || record->end() > file_size_ || !HasOp(record->header)) {
+      ReportDamage(position, "no readable record: a damaged medium, or the end of what was copied");
     }
+    // The sizes of what is damaged, or of the chunk before it, may be damaged, too.
+    scan_position_ = damaged == damaged_places_ ? record->end() : FindChunk(scanned_chunk_ + 1);
+    if (!open_chunks_.empty()) return true;
   }
   return false;
 }

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Streaming reader of ROS 1 bags (format 2.0; wiki.ros.org/Bags/Format/2.0). One chunk at a time is
-// in memory (more only where chunks overlap in time), whatever the length of the bag. With its
+// Streaming reader of ROS 1 bags (format 2.0; wiki.ros.org/Bags/Format/2.0). A few chunks are in
+// memory (the one that is read, those that overlap it in time, and with an index the next ones,
+// which free threads unpack ahead), whatever the length of the bag. With its
 // index a bag is read in order of receipt time; without one (recording killed, file cut off: no
 // index at the end) it is scanned front to back and everything intact is delivered. Damage never
 // ends the reading early: what can be read is read, and an Error that describes the first damage
@@ -22,7 +23,9 @@
 #include <utility>
 #include <vector>
 
+#include "mlvi/base/background_tasks.h"
 #include "mlvi/base/error.h"
+#include "mlvi/io/chunk_job.h"
 #include "mlvi/io/wire_reader.h"
 
 namespace mlvi {
@@ -97,10 +100,13 @@ class BagReader {
   std::optional<Record> ReadRecord(std::uint64_t position);
   bool ReadBytes(std::uint64_t position, std::size_t size, std::vector<std::uint8_t>& bytes);
   void AddConnection(ByteSpan header, ByteSpan data);
+  tl::expected<PackedChunk, std::string> ReadPacked(std::uint64_t position);
+  void UnpackAhead();
   void LoadChunk(std::uint64_t position);
   void ParseChunk(Chunk& chunk, bool complete);
   void LoadDueChunks();
   bool ScanNextChunk();
+  std::uint64_t FindChunk(std::uint64_t position);
   void ReportDamage(std::uint64_t position, const std::string& what);
 
   std::string path_;
@@ -110,7 +116,10 @@ class BagReader {
   bool indexed_ = false;
   std::vector<ChunkInfo> chunk_infos_;  // by start time; empty without index
   std::size_t next_chunk_ = 0;
+  BackgroundTasks background_;
+  std::map<std::uint64_t, ChunkJob> ahead_;  // by position of the chunk
   std::uint64_t scan_position_ = 0;
+  std::uint64_t scanned_chunk_ = 0;  // position of the last one
   std::uint64_t bytes_consumed_ = 0;
   std::vector<std::unique_ptr<Chunk>> open_chunks_;
   // Keeps the data of the last message alive when its chunk is used up.

@@ -7,6 +7,9 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
+#include <algorithm>
+#include <cstring>
+
 #include "mlvi/io/bag_fixtures.h"
 
 namespace mlvi {
@@ -174,6 +177,37 @@ TEST_P(Compressions, CorruptChunkInTheMiddleIsSkippedAndReported) {
   EXPECT_GE(reading.records.size(), whole.size() - 10);
   EXPECT_TRUE(reading.records.front() == whole.front());
   EXPECT_TRUE(reading.records.back() == whole.back());
+}
+
+// A bag without index that is damaged at the beginning of a chunk's record: reading goes on with the
+// next chunk, whether the record cannot be read or claims a wrong size.
+TEST_P(Compressions, WithoutIndexReadingGoesOnBehindADamagedRecord) {
+  const std::string path = WriteChunks(GetParam());
+  const std::vector<Record> whole = ReadBag(path).records;
+  const std::vector<char> bytes = test::ReadBytes(path);
+  const std::string name = "compression=";
+  std::vector<std::ptrdiff_t> chunks;  // where their records begin
+  for (auto at = bytes.begin();
+       at = std::search(at, bytes.end(), name.begin(), name.end()), at != bytes.end(); ++at)
+    chunks.push_back(at - bytes.begin() - 8);
+  ASSERT_GE(chunks.size(), 4u);
+  std::uint32_t header_size = 0;
+  std::memcpy(&header_size, bytes.data() + chunks[1], 4);
+  for (const std::ptrdiff_t damaged : {chunks[1], chunks[1] + 4 + header_size}) {
+    std::vector<char> bad(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(
+                                                             0.99 * bytes.size()));  // no index
+    bad[damaged + 2] = '\x20';  // two million bytes more
+    const std::string copy = test::TemporaryPath("resync.bag");
+    test::WriteBytes(copy, bad);
+    const Reading reading = ReadBag(copy);
+    EXPECT_THAT(reading.error, HasSubstr("is damaged"));
+    // All but the chunk that is damaged and the one that is cut off, of 10 messages at most each
+    // (rosbag closes a chunk by the bytes that its compressor has let go).
+    EXPECT_GE(reading.records.size() + 20, whole.size());
+    EXPECT_LT(reading.records.size(), whole.size());
+    for (const Record& record : reading.records)
+      EXPECT_NE(std::find(whole.begin(), whole.end(), record), whole.end());
+  }
 }
 
 // No mutation crashes the reader, hangs it or makes it use more memory than the file justifies.
