@@ -184,13 +184,11 @@ Expected<int> Run(const RunOptions& options) {
   const ThreadLimit threads(options.threads);
   Slam slam(*config, rig);
   Estimate(**source, *config, slam, facts);
-  if (const auto written =
-          outputs.Write(slam, MakeSummary(facts, slam, rig, config->visual.vio.window));
-      !written) {
-    return tl::unexpected(written.error());
-  }
+  const auto written =
+      outputs.Write(slam, MakeSummary(facts, slam, rig, config->visual.vio.window));
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
   PrintReport(options, slam, facts);
+  if (!written) return tl::unexpected(written.error());
   return facts.verdict.exit_code;
 }
 

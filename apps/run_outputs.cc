@@ -3,13 +3,18 @@
 
 #include "run_outputs.h"
 
-#include <fstream>
-
 #include "mlvi/io/map_picture.h"
 #include "mlvi/io/ply.h"
 #include "mlvi/io/tum.h"
+#include "mlvi/io/whole_file.h"
 
 using namespace mlvi;
+
+namespace {
+
+std::string Text(const nlohmann::ordered_json& summary) { return summary.dump(2) + "\n"; }
+
+}  // namespace
 
 Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
   std::error_code error;
@@ -19,32 +24,44 @@ Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
                      folder_.string(), error.message());
   }
   SlamConfig copy = config;
-  return WriteText("config.yaml", ConfigDeclaration::Of(copy).ToYaml());
+  return WriteWholeFile(Path("config.yaml"), ConfigDeclaration::Of(copy).ToYaml());
 }
 
-Expected<void> RunOutputs::Write(const Slam& slam, const nlohmann::ordered_json& summary) const {
+Expected<void> RunOutputs::Write(const Slam& slam, nlohmann::ordered_json summary) const {
   // The report first: it must be there even when the disk fills up with the map.
-  if (auto written = WriteText("summary.json", summary.dump(2) + "\n"); !written) return written;
-  const char* frame =
+  Expected<void> written = WriteWholeFile(Path("summary.json"), Text(summary));
+  for (const Expected<void>& part : {WriteTrajectories(slam), WriteMap(slam)}) {
+    if (part) continue;
+    summary["not_written"].push_back(part.error().message);
+    if (written) written = part;
+  }
+  if (!summary["not_written"].empty()) {
+    // Beside the first report, which stays when there is no room for this one.
+    const std::string fuller = Path("summary.json.new");
+    std::error_code ignored;
+    if (WriteWholeFile(fuller, Text(summary))) {
+      std::filesystem::rename(fuller, Path("summary.json"), ignored);
+    } else {
+      std::filesystem::remove(fuller, ignored);
+    }
+  }
+  return written;
+}
+
+Expected<void> RunOutputs::WriteTrajectories(const Slam& slam) const {
+  const std::string frame =
       "T_world_body: pose of the body (IMU) at the last firing of each sweep, or at each set of "
       "images without LiDAR";
-  if (auto written = WriteTum(slam.odometry(), (folder_ / "odometry.tum").string(),
-                              std::string(frame) + ", causal");
-      !written) {
-    return written;
-  }
-  if (auto written = WriteTum(slam.SmoothedTrajectory(), (folder_ / "trajectory.tum").string(),
-                              std::string(frame) + ", smoothed");
-      !written) {
-    return written;
-  }
-  return WriteMap(slam);
+  const Expected<void> causal = WriteTum(slam.odometry(), Path("odometry.tum"), frame + ", causal");
+  const Expected<void> smoothed =
+      WriteTum(slam.SmoothedTrajectory(), Path("trajectory.tum"), frame + ", smoothed");
+  return causal ? smoothed : causal;
 }
 
 Expected<void> RunOutputs::WriteMap(const Slam& slam) const {
   // Keyframes keep no intensities.
-  auto writer = PlyWriter::Create((folder_ / "map.ply").string(),
-                                  "points in the world frame, metres", PlyFields::kPositions);
+  auto writer = PlyWriter::Create(Path("map.ply"), "points in the world frame, metres",
+                                  PlyFields::kPositions);
   if (!writer) return tl::unexpected(writer.error());
   MapPicture picture(slam.SmoothedTrajectory());
   for (const Keyframe& keyframe : slam.graph().keyframes()) {
@@ -58,15 +75,5 @@ Expected<void> RunOutputs::WriteMap(const Slam& slam) const {
   }
   if (auto closed = writer->Close(); !closed) return closed;
   if (slam.odometry().empty()) return {};  // nothing to draw
-  return picture.Save((folder_ / "map.png").string());
-}
-
-Expected<void> RunOutputs::WriteText(const std::string& name, const std::string& text) const {
-  std::ofstream file(folder_ / name, std::ios::binary);
-  file << text;
-  if (file.close(), !file) {
-    return MakeError(ErrorKind::kConfiguration, "cannot write '{}': disk full or not permitted",
-                     (folder_ / name).string());
-  }
-  return {};
+  return picture.Save(Path("map.png"));
 }

@@ -16,11 +16,13 @@ class RunOutputs {
 
   // Makes the folder and writes config.yaml, so that an unwritable place is found before the work.
   mlvi::Expected<void> Prepare(const mlvi::SlamConfig& config) const;
-  // trajectory.tum, odometry.tum, map.ply, map.png, summary.json.
-  mlvi::Expected<void> Write(const mlvi::Slam& slam, const nlohmann::ordered_json& summary) const;
+  // summary.json, trajectory.tum, odometry.tum, map.ply, map.png. What cannot be written does not
+  // keep the rest from being written; it is named in `not_written` of the summary and in the error.
+  mlvi::Expected<void> Write(const mlvi::Slam& slam, nlohmann::ordered_json summary) const;
 
  private:
-  mlvi::Expected<void> WriteText(const std::string& name, const std::string& text) const;
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  mlvi::Expected<void> WriteTrajectories(const mlvi::Slam& slam) const;
   mlvi::Expected<void> WriteMap(const mlvi::Slam& slam) const;
 
   std::filesystem::path folder_;

@@ -190,5 +190,6 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"stages_ms", Stages(slam.times())},
           {"calibration", Calibration(slam, rig, window)},
           {"notes", facts.notes},
+          {"not_written", ordered_json::array()},  // known once the other files are written
           {"events", Events(facts.events)}};
 }

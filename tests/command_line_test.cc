@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "run_mlvi.h"
 #include "temporary_folder.h"
@@ -134,6 +135,27 @@ TEST_F(FullDisk, EveryResultOfSimulateIsChecked) {
        {"courtyard-easy.bag", "rig.yaml", "groundtruth.tum", "sequence.json"}) {
     Fill(name);
     ExpectUsageError(Simulate("--threads 1"), "cannot write '" + Path("out/" + name) + "'");
+  }
+}
+
+// The rest is written all the same, and the report says what is missing.
+TEST_F(FullDisk, EveryResultOfRunIsCheckedAndTheOthersAreKept) {
+  ASSERT_EQ(Simulate("--threads 1").exit_code, 0);
+  const std::string run = "run " + Path("out/courtyard-easy.bag") + " --rig " +
+                          Path("out/rig.yaml") + " -o " + Path("result");
+  for (const std::string name : {"map.ply", "odometry.tum"}) {
+    std::filesystem::remove_all(Path("result"));
+    std::filesystem::create_directories(Path("result"));
+    std::filesystem::create_symlink("/dev/full", Path("result/" + name));
+    const ProcessResult result = RunMlvi(run);
+    const std::string message = "cannot write '" + Path("result/" + name) + "'";
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.output, AllOf(HasSubstr("status "), HasSubstr(message)));
+    EXPECT_GT(std::filesystem::file_size(Path("result/trajectory.tum")), 0);
+    const auto summary = nlohmann::json::parse(std::ifstream(Path("result/summary.json")));
+    ASSERT_EQ(summary.at("not_written").size(), 1);
+    EXPECT_THAT(summary.at("not_written")[0].get<std::string>(), HasSubstr(message));
+    EXPECT_FALSE(std::filesystem::exists(Path("result/summary.json.new")));
   }
 }
 

@@ -61,7 +61,7 @@ bool Sequencer::Admit(const std::string& name, Time stamp) {
   if (step <= 0.0) {
     const bool report = step < 0.0 && !stream.behind;
     stream.behind = step < 0.0;
-    Drop(name, step == 0.0 ? "duplicate stamp" : "stamp goes back in time", stamp,
+    Drop(name, step == 0.0 ? "duplicate stamp" : kStampGoesBack, stamp,
          !report ? ""
                  : fmt::format("time jumps back by {:.3f} s at {}; measurements are dropped until "
                                "it passes {} again. "

@@ -17,6 +17,9 @@
 
 namespace mlvi {
 
+// The reason under which measurements behind their stream's clock are counted as dropped.
+inline constexpr char kStampGoesBack[] = "stamp goes back in time";
+
 struct SequencerConfig {
   double max_imu_wait = 1.0;      // s
   double max_future_jump = 60.0;  // s
@@ -32,9 +35,12 @@ struct SequencerConfig {
 };
 
 // Holds measurements back just long enough to emit them in order:
-//  - IMU samples leave at once, in strictly ascending order; a sample that is not newer than its predecessor is dropped;
-//  - a sweep or an image leaves behind the first IMU sample at or after its last instant, in order of that instant;
-//  - stamps that jump back are dropped until the stream passes its former time, and reported once per jump;
+//  - IMU samples leave at once, in strictly ascending order; a sample that is not newer than its
+//    predecessor is dropped;
+//  - a sweep or an image leaves behind the first IMU sample at or after its last instant, in order
+//    of that instant;
+//  - stamps that jump back are dropped until the stream passes its former time, and reported once
+//    per jump;
 //  - a jump far ahead is dropped unless the stream stays there (a second measurement confirms it).
 class Sequencer {
  public:

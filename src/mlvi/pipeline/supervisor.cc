@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "mlvi/pipeline/sequencer.h"
+
 namespace mlvi {
 namespace {
 
@@ -20,7 +22,7 @@ void SupervisorConfig::Declare(ConfigDeclaration& d) {
           "A longer distance of IMU samples is a gap", {1.5, 1e4});
   d.Field("lidar_gap_periods", lidar_gap_periods, "periods", "A longer distance of sweeps is a gap",
           {1.1, 1e4});
-  d.Field("lost_after", lost_after, "sweeps",
+  d.Field("lost_after_sweeps", lost_after_sweeps, "sweeps",
           "So many sweeps in a row without a valid registration, and the odometry counts as lost",
           {1, 1e6});
   d.Field("degraded_share", degraded_share, "",
@@ -166,11 +168,11 @@ void Supervisor::ObserveFailures(const LidarSweep& sweep, const LioResult& resul
   const bool registered =
       result.status == LioResult::Status::kTracking && (result.converged || result.gap);
   failures_in_a_row_ = registered ? 0 : failures_in_a_row_ + 1;
-  if (failures_in_a_row_ != config_.lost_after) return;
+  if (failures_in_a_row_ != config_.lost_after_sweeps) return;
   odometry_.lost = true;
   odometry_.lost_reason = fmt::format(
       "{} sweeps in a row before {} without a valid registration (last: {} correspondences{}{})",
-      config_.lost_after, ToString(sweep.stamp), result.correspondences,
+      config_.lost_after_sweeps, ToString(sweep.stamp), result.correspondences,
       result.reason.empty() ? "" : ", ", result.reason);
   events_.Raise(
       {.stamp = sweep.stamp,
@@ -235,11 +237,11 @@ Health Supervisor::Judge(const std::string& name, const StreamReport& report) co
             "none used" + (lost > 0 ? ": " + DroppedText(report, pace.what) : "")};
   }
   Health health;
-  const bool back = report.dropped.contains("stamp goes back in time");
+  const bool back = report.dropped.contains(kStampGoesBack);
   if (back) {
     Worsen(health, {HealthLevel::kDegraded,
                     fmt::format("time jumped back, {} {} dropped until it was passed",
-                                report.dropped.at("stamp goes back in time"), pace.what)});
+                                report.dropped.at(kStampGoesBack), pace.what)});
   }
   // A few dropped ones do no harm, but where there are gaps they are the likely cause.
   if (SuffersFromDrops(report, config_.degraded_share) || (lost > 0 && report.gaps > 0 && !back)) {

@@ -25,7 +25,7 @@ namespace mlvi {
 struct SupervisorConfig {
   double imu_gap_periods = 5.0;    // nominal periods
   double lidar_gap_periods = 2.5;  // nominal periods
-  int lost_after = 10;             // sweeps
+  int lost_after_sweeps = 10;
   double degraded_share = 0.2;
   double rate_tolerance = 0.2;
   double missing_share = 0.1;
