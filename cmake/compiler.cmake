@@ -24,6 +24,10 @@ endif()
 
 # Sanitizer builds: "address" (with undefined behaviour) or "thread"; see CMakePresets.json.
 set(MLVI_SANITIZE "" CACHE STRING "Sanitizer to build with: empty, address or thread")
+if(MLVI_SANITIZE)
+  # Assertions stay on, of Eigen as well; line tables are enough for reports.
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1" CACHE STRING "" FORCE)
+endif()
 if(MLVI_SANITIZE STREQUAL "address")
   add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
   add_link_options(-fsanitize=address,undefined)
@@ -41,7 +45,7 @@ target_compile_options(mlvi_build_options INTERFACE -Wall -Wextra -Wshadow -Wnon
   -Wno-maybe-uninitialized)
 # Results must not depend on how the compiler contracts a*b+c, so that every build type agrees.
 target_compile_options(mlvi_build_options INTERFACE -ffp-contract=off)
-if(CMAKE_BUILD_TYPE STREQUAL "Debug")
+if(CMAKE_BUILD_TYPE STREQUAL "Debug" OR MLVI_SANITIZE)
   # Uninitialised Eigen matrices hold NaN, so that a read before a write shows.
   target_compile_definitions(mlvi_build_options INTERFACE EIGEN_INITIALIZE_MATRICES_BY_NAN)
 endif()

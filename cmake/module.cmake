@@ -38,8 +38,11 @@ function(mlvi_test name)
   target_precompile_headers(${name} PRIVATE "${PROJECT_SOURCE_DIR}/cmake/precompiled.h" <gtest/gtest.h>)
   include(GoogleTest)
   # RapidCheck draws a new seed each run unless told: a test must fail for everyone or for no one.
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 600 ENVIRONMENT "RC_PARAMS=seed=1")
+  # What tests write lies in the build tree, so that two trees tested at once do not meet.
+  set(files "${PROJECT_BINARY_DIR}/test_files")
+  file(MAKE_DIRECTORY "${files}")
+  gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT 600 ENVIRONMENT "RC_PARAMS=seed=1" ENVIRONMENT_MODIFICATION "TEST_TMPDIR=set:${files}")
 endfunction()
 
 # Tells the tests `name` where this tree and the public recordings beside it lie. Not for all: a path in the command

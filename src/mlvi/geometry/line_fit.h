@@ -15,8 +15,8 @@ namespace mlvi {
 struct LineFit {
   Eigen::Vector3d centroid;
   Eigen::Vector3d direction;  // unit; its sign is arbitrary
-  Eigen::Vector3d
-      eigenvalues;  // rising, m^2; the first two sum to the mean squared distance of the points to the line
+  // Rising, m^2; the first two sum to the mean squared distance of the points to the line.
+  Eigen::Vector3d eigenvalues;
 
   double Distance(const Eigen::Vector3d& point) const {
     return direction.cross(point - centroid).norm();

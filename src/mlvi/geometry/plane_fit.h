@@ -14,8 +14,8 @@ namespace mlvi {
 struct PlaneFit {
   Eigen::Vector3d centroid;
   Eigen::Vector3d normal;  // unit; its sign is arbitrary
-  Eigen::Vector3d
-      eigenvalues;  // rising, m^2; the first is the mean squared distance of the points to the plane
+  // Rising, m^2; the first is the mean squared distance of the points to the plane.
+  Eigen::Vector3d eigenvalues;
 
   double SignedDistance(const Eigen::Vector3d& point) const { return normal.dot(point - centroid); }
   double planarity() const { return Planarity(eigenvalues); }

@@ -68,7 +68,7 @@ std::optional<StartResult> StartOf(const Motion& motion, const Rig& rig,
 }
 
 TEST(Start, ASmoothDriveIsNotTakenForRest) {
-  const test::SteadyMotion motion{.velocity = {0.08, 0.02, 0.0}, .rate = {}};
+  const test::SteadyMotion motion{.velocity = {0.08, 0.02, 0.0}, .rate = Eigen::Vector3d::Zero()};
   const auto result = StartOf(motion, test::MakeTestRig(), test::FurnishedRoom());
   ASSERT_TRUE(result.has_value());
   ASSERT_EQ(result->method, "static");  // all that the IMU can tell
@@ -81,7 +81,7 @@ TEST(Start, ASmoothDriveIsNotTakenForRest) {
 }
 
 TEST(Start, IsLevelAtTheEndOfASlowRoll) {
-  const test::SteadyMotion motion{.velocity = {}, .rate = {0.03, 0.0, 0.0}};
+  const test::SteadyMotion motion{.velocity = Eigen::Vector3d::Zero(), .rate = {0.03, 0.0, 0.0}};
   const auto result = StartOf(motion, test::MakeTestRig(), test::FurnishedRoom());
   ASSERT_TRUE(result.has_value());
   ASSERT_EQ(result->method, "static");
@@ -96,7 +96,8 @@ TEST(Start, IsLevelAtTheEndOfASlowRoll) {
 TEST(Start, TellsWhichDirectionsItsSweepsDidNotSee) {
   Rig rig = test::MakeTestRig();
   rig.lidar->max_range = 20.0;
-  const test::SteadyMotion motion{.velocity = {}, .rate = {}};
+  const test::SteadyMotion motion{.velocity = Eigen::Vector3d::Zero(),
+                                  .rate = Eigen::Vector3d::Zero()};
   LioConfig config;
   // Bad fits in the map of one sweep seem to tell the axis.
   config.degeneracy.max_noise_share = 0.05;
