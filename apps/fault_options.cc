@@ -109,6 +109,12 @@ void AddFaultOptions(CLI::App& command, FaultArguments& a) {
           "START,LENGTH: seconds in which LiDAR messages are cut off in the middle");
   numbers("--imu-saturation", a.imu_saturation, 2,
           "ACCELERATION,RATE: limits of the IMU in m/s^2 and rad/s");
+  numbers("--imu-vibration", a.imu_vibration, 2,
+          "ACCELERATION,RATE: rms of shaking at 20 to 120 Hz, per axis, in m/s^2 and rad/s");
+  numbers("--imu-warm-up", a.imu_warm_up, 3,
+          "ACCELERATION,RATE,SECONDS: what biases settle by as the IMU warms up, and how fast");
+  numbers("--imu-scale", a.imu_scale, 2,
+          "ACCELEROMETER,GYROSCOPE: largest errors of scale and of axes' directions (0.01 = 1 %)");
   numbers("--image-gap", a.image_gap, 2, "START,LENGTH: seconds without images");
   texts("--camera-dead", a.dead_cameras, "CAMERA,START,LENGTH: seconds without its images");
   texts("--camera-frozen", a.frozen_cameras,
@@ -140,6 +146,11 @@ Expected<SequenceFaults> FaultsOf(const FaultArguments& a) {
                         .lights_off = WindowOf(a.lights_off)};
   if (!a.imu_saturation.empty())
     faults.imu_saturation = ImuSaturation{a.imu_saturation[0], a.imu_saturation[1]};
+  if (!a.imu_vibration.empty())
+    faults.imu_vibration = ImuVibration{a.imu_vibration[0], a.imu_vibration[1]};
+  if (!a.imu_warm_up.empty())
+    faults.imu_warm_up = ImuWarmUp{a.imu_warm_up[0], a.imu_warm_up[1], a.imu_warm_up[2]};
+  if (!a.imu_scale.empty()) faults.imu_sensitivity = ImuSensitivity{a.imu_scale[0], a.imu_scale[1]};
   if (!a.exposure_jump.empty()) {
     faults.exposure_jump = ExposureJump{.window = {a.exposure_jump[0], a.exposure_jump[1]},
                                         .factor = a.exposure_jump[2]};

@@ -14,9 +14,11 @@ struct FaultArguments {
   // Pairs of seconds: start and length (time_jump: start and jump).
   std::vector<double> lidar_gap, imu_gap, empty_sweeps, nan_points, corrupted_sweeps, image_gap,
       lights_off, time_jump;
-  std::vector<double> imu_saturation;    // m/s^2, rad/s
-  std::vector<double> exposure_jump;     // start, length, factor
-  std::vector<double> extrinsics_error;  // deg, m
+  std::vector<double> imu_saturation, imu_vibration;  // m/s^2, rad/s
+  std::vector<double> imu_warm_up;                    // likewise, and s
+  std::vector<double> imu_scale;                      // shares, of accelerometer and gyroscope
+  std::vector<double> exposure_jump;                  // start, length, factor
+  std::vector<double> extrinsics_error;               // deg, m
   std::vector<std::string> clocks, dead_cameras, frozen_cameras, lens_patches;
   bool imu_in_g = false;
 };

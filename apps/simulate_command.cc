@@ -49,7 +49,7 @@ struct SimulateOptions {
   double rest = 2.0;
   std::uint64_t seed = 1;
   bool list = false;
-  bool wrong_extrinsics = false, exact_extrinsics = false, ideal_lidar = false;
+  bool wrong_extrinsics = false, exact_extrinsics = false, ideal_lidar = false, ideal_imu = false;
   FaultArguments faults;
   BagCompression compression = BagCompression::kNone;
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
@@ -163,6 +163,7 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   }
   sequence.image_rate = options.image_rate;
   sequence.ideal_lidar = sequence.ideal_lidar || options.ideal_lidar;
+  if (options.ideal_imu) sequence.imu_errors = {};
   sequence.faults = std::move(*faults);
   if (!options.trajectory.empty()) {
     if (const auto ok = LoadMotion(options, sequence); !ok) return tl::unexpected(ok.error());
@@ -202,14 +203,41 @@ Json ToJson(const ImuBias& bias) {
           {"gyroscope_rad_s", ToJson(bias.gyroscope)}};
 }
 
+Json ToJson(const ImuErrors& errors) {
+  const auto& [vibration, warm_up, sensitivity] = errors;
+  return {{"vibration",
+           {{"acceleration_m_s2", vibration.acceleration},
+            {"rate_rad_s", vibration.rate},
+            {"lowest_hz", vibration.lowest},
+            {"highest_hz", vibration.highest}}},
+          {"warm_up",
+           {{"accelerometer_m_s2", warm_up.accelerometer},
+            {"gyroscope_rad_s", warm_up.gyroscope},
+            {"time_constant_s", warm_up.time_constant}}},
+          {"largest_scale_error",
+           {{"accelerometer", sensitivity.accelerometer}, {"gyroscope", sensitivity.gyroscope}}}};
+}
+
+// Row by row.
+Json RowsJson(const Eigen::Matrix3d& m) {
+  Json rows = Json::array();
+  for (const auto& row : m.rowwise()) rows.push_back({row[0], row[1], row[2]});
+  return rows;
+}
+
 Json NoiseJson(const Recording& recording) {
-  const ImuNoise& imu = recording.options().imu_noise;
+  const SequenceOptions& options = recording.options();
+  const ImuNoise& imu = options.imu_noise;
   const LidarPhysics& lidar = recording.lidar().pattern().physics;
   return {{"imu",
            {{"accelerometer_density", imu.accelerometer_density},
             {"gyroscope_density", imu.gyroscope_density},
             {"accelerometer_random_walk", imu.accelerometer_random_walk},
             {"gyroscope_random_walk", imu.gyroscope_random_walk}}},
+          {"imu_errors", ToJson(EffectiveErrors(options.imu_errors, options.faults))},
+          {"imu_sensitivity",
+           {{"accelerometer", RowsJson(recording.imu().accelerometer_sensitivity())},
+            {"gyroscope", RowsJson(recording.imu().gyroscope_sensitivity())}}},
           {"lidar",
            {{"range_noise_m", lidar.range_noise},
             {"beam_noise_rad", lidar.beam_noise},
@@ -443,6 +471,9 @@ void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
       ->excludes("--wrong-extrinsics")
       ->excludes("--extrinsics-error");
   command.get_option("--wrong-extrinsics")->excludes("--extrinsics-error");
+  command.add_flag("--ideal-imu", options.ideal_imu,
+                   "An IMU with white noise and walking biases only, where the sequence's own "
+                   "vibrates, warms up and has errors of scale");
   command.add_flag("--ideal-lidar", options.ideal_lidar,
                    "A LiDAR with white noise and nothing else wrong: no mixed pixels, glass like "
                    "any surface, no bias of ranges");

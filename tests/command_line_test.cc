@@ -63,7 +63,8 @@ TEST_F(CommandLine, UnknownSubcommandsAreNamed) {
 TEST_F(CommandLine, NumbersOfSimulateMustBeFiniteAndInRange) {
   for (const char* option :
        {"--seconds", "--rest", "--image-rate", "--extrinsics-error 0,", "--time-jump 1,",
-        "--lidar-gap 1,", "--exposure-jump 1,1,", "--imu-saturation 10,"}) {
+        "--lidar-gap 1,", "--exposure-jump 1,1,", "--imu-saturation 10,", "--imu-vibration 1,",
+        "--imu-warm-up 0.1,0.1,", "--imu-scale 0.01,"}) {
     const std::string separator = std::string(option).ends_with(',') ? "" : " ";
     for (const char* value : {"nan", "inf", "-1e12"}) {
       ExpectUsageError(Simulate(option + separator + value), "");

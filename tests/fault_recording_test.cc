@@ -175,6 +175,33 @@ TEST(FaultRecording, AnImuThatSaturates) {
   EXPECT_GT(clipped, faulty.imu.size() / 10);
 }
 
+TEST(FaultRecording, AnImuAsBadAsARealOne) {
+  const Recorded faulty =
+      Record("imu_errors",
+             std::string(kLidarAndImu) +
+                 "--imu-vibration 0.5,0.05 --imu-warm-up 0.02,0.001,30 --imu-scale 0.005,0.01");
+  const auto& errors = faulty.description["noise"]["imu_errors"];
+  EXPECT_EQ(errors["vibration"]["acceleration_m_s2"], 0.5);
+  EXPECT_EQ(errors["vibration"]["rate_rad_s"], 0.05);
+  EXPECT_EQ(errors["warm_up"]["time_constant_s"], 30.0);
+  EXPECT_EQ(errors["largest_scale_error"]["gyroscope"], 0.01);
+  ASSERT_EQ(faulty.imu.size(), Intact().imu.size());
+  double squares = 0.0;
+  for (std::size_t i = 0; i < faulty.imu.size(); ++i)
+    squares += (faulty.imu[i].angular_velocity - Intact().imu[i].angular_velocity).squaredNorm();
+  // Four modes that ring for 0.25 s each, in 2 s: a tenth of the rms, one sigma.
+  EXPECT_NEAR(std::sqrt(squares / (3.0 * static_cast<double>(faulty.imu.size()))), 0.05, 0.015);
+  const auto bias = [](const Recorded& recorded, const char* when, int axis) {
+    return recorded.description[when]["gyroscope_rad_s"][axis].get<double>();
+  };
+  double moved = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(bias(faulty, "bias_at_begin", axis), bias(Intact(), "bias_at_begin", axis));
+    moved += std::pow(bias(faulty, "bias_at_end", axis) - bias(Intact(), "bias_at_end", axis), 2);
+  }
+  EXPECT_NEAR(std::sqrt(moved), -1e-3 * std::expm1(-2.0 / 30.0), 1e-9);
+}
+
 TEST(FaultRecording, MountsThatAreOff) {
   const Recorded faulty = Record("mounts",
                                  "--rig m2dgr --cameras none --seconds 0.2 "

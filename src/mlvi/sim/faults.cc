@@ -145,6 +145,35 @@ void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& r
   for (CameraSpec& camera : rig.cameras) disturb(camera.T_body_camera);
 }
 
+ImuErrors EffectiveErrors(ImuErrors errors, const SequenceFaults& faults) {
+  if (faults.imu_vibration) errors.vibration = *faults.imu_vibration;
+  if (faults.imu_warm_up) errors.warm_up = *faults.imu_warm_up;
+  if (faults.imu_sensitivity) errors.sensitivity = *faults.imu_sensitivity;
+  return errors;
+}
+
+Expected<void> CheckImuErrors(const ImuErrors& errors) {
+  FaultChecks checks;
+  const auto& [vibration, warm_up, sensitivity] = errors;
+  checks.Range("the acceleration of the IMU's vibration", vibration.acceleration, 0.0, 100.0,
+               "m/s^2");
+  checks.Range("the rate of the IMU's vibration", vibration.rate, 0.0, 10.0, "rad/s");
+  checks.Positive("the lowest frequency of the IMU's vibration", vibration.lowest, 1e4, "Hz");
+  checks.Range("the highest frequency of the IMU's vibration", vibration.highest, vibration.lowest,
+               1e4, "Hz");
+  checks.Range("what the accelerometer's bias moves by while warming up", warm_up.accelerometer,
+               0.0, 10.0, "m/s^2");
+  checks.Range("what the gyroscope's bias moves by while warming up", warm_up.gyroscope, 0.0, 1.0,
+               "rad/s");
+  checks.Positive("the time constant of the IMU's warm-up", warm_up.time_constant,
+                  FaultChecks::kLongest, "s");
+  checks.Range("the error of the accelerometer's scale", sensitivity.accelerometer, 0.0, 0.2,
+               "(a share: 0.01 is 1 %)");
+  checks.Range("the error of the gyroscope's scale", sensitivity.gyroscope, 0.0, 0.2,
+               "(a share: 0.01 is 1 %)");
+  return checks.result();
+}
+
 Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
   const std::vector<std::string> cameras = rig.CameraNames();
   FaultChecks checks;

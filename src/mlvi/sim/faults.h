@@ -14,6 +14,7 @@
 #include "mlvi/base/random.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
+#include "mlvi/sim/imu_errors.h"
 
 namespace mlvi {
 
@@ -83,6 +84,10 @@ struct SequenceFaults {
   // IMU
   std::optional<FaultWindow> imu_gap;  // samples inside are missing
   std::optional<ImuSaturation> imu_saturation;
+  // Instead of the sequence's own (SequenceOptions::imu_errors).
+  std::optional<ImuVibration> imu_vibration;
+  std::optional<ImuWarmUp> imu_warm_up;
+  std::optional<ImuSensitivity> imu_sensitivity;
   bool imu_in_g = false;  // the driver reports accelerations in multiples of 9.80665 m/s^2
   // Cameras
   std::optional<FaultWindow> image_gap;  // images of all cameras inside are missing
@@ -112,6 +117,12 @@ void SmearLens(const LensPatch& patch, int channels, Image& image);
 // Turns and shifts the mounts of LiDAR and cameras (T_body_sensor) by that much, in directions
 // drawn by `random`.
 void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& rig);
+
+// What is left of an IMU's errors once those among the faults have taken their places.
+ImuErrors EffectiveErrors(ImuErrors errors, const SequenceFaults& faults);
+
+// What is wrong with the errors of an IMU, as CheckFaults.
+Expected<void> CheckImuErrors(const ImuErrors& errors);
 
 // What is wrong with the faults for that rig: an unknown camera or sensor, a number that is not
 // finite or beyond what can be simulated.

@@ -118,6 +118,9 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
       good.faults.corrupted_sweeps = good.faults.imu_gap = good.faults.image_gap =
           good.faults.lights_off = FaultWindow{1.0, 2.0};
   good.faults.imu_saturation = ImuSaturation{50.0, 5.0};
+  good.faults.imu_vibration = ImuVibration{0.1, 0.01};
+  good.faults.imu_warm_up = ImuWarmUp{0.1, 0.01, 60.0};
+  good.faults.imu_sensitivity = ImuSensitivity{0.01, 0.01};
   good.faults.exposure_jump = ExposureJump{.window = {1.0, 2.0}, .factor = 2.0};
   good.faults.time_jump = TimeJump{1.0, 2.0};
   good.faults.extrinsics = ExtrinsicsError{0.01, 0.01};
@@ -125,11 +128,25 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
   ASSERT_TRUE(CheckOptions(good)) << CheckOptions(good).error().message;
   const auto numbers = [](SequenceOptions& options) {
     SequenceFaults& f = options.faults;
-    std::vector<double*> all = {&options.seconds,           &options.rest,
-                                &f.imu_saturation->rate,    &f.imu_saturation->acceleration,
-                                &f.exposure_jump->factor,   &f.time_jump->start,
-                                &f.time_jump->back,         &f.extrinsics->rotation,
-                                &f.extrinsics->translation, &f.clocks["imu"].offset,
+    std::vector<double*> all = {&options.seconds,
+                                &options.rest,
+                                &f.imu_saturation->rate,
+                                &f.imu_saturation->acceleration,
+                                &f.imu_vibration->acceleration,
+                                &f.imu_vibration->rate,
+                                &f.imu_vibration->lowest,
+                                &f.imu_vibration->highest,
+                                &f.imu_warm_up->accelerometer,
+                                &f.imu_warm_up->gyroscope,
+                                &f.imu_warm_up->time_constant,
+                                &f.imu_sensitivity->accelerometer,
+                                &f.imu_sensitivity->gyroscope,
+                                &f.exposure_jump->factor,
+                                &f.time_jump->start,
+                                &f.time_jump->back,
+                                &f.extrinsics->rotation,
+                                &f.extrinsics->translation,
+                                &f.clocks["imu"].offset,
                                 &f.clocks["imu"].drift_ppm};
     for (FaultWindow* window :
          {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points, &*f.corrupted_sweeps, &*f.imu_gap,
@@ -166,6 +183,8 @@ TEST(Recording, PlaysRecordedImuSamples) {
   EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("trajectory"));
   options.trajectory = FitPoseSpline(stamps, poses).value();
   Recording recording(options);
+  options.faults.imu_vibration = ImuVibration{0.1, 0.01};
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("played as they are"));
   const Heard heard = Listen(recording);
   ASSERT_EQ(heard.imu.size(), 401U);
   EXPECT_EQ(heard.imu.front().stamp, recording.begin());

@@ -19,6 +19,8 @@ Eigen::Vector3d UniformVector(RandomStream& random, double limit) {
   return {x, y, z};
 }
 
+Eigen::Vector3d UnitVector(RandomStream& random) { return NormalVector(random, 1.0).normalized(); }
+
 Eigen::Vector3d Saturated(const Eigen::Vector3d& value, double limit) {
   return value.cwiseMax(-limit).cwiseMin(limit);
 }
@@ -31,14 +33,28 @@ ImuSimulator::ImuSimulator(const ImuPhysics& physics, const PoseSpline& motion, 
   MLVI_CHECK(physics.rate_hz > 0.0, "IMU rate {} Hz", physics.rate_hz);
   MLVI_CHECK(begin >= motion.begin() && end <= motion.end(), "motion ends at {}, the IMU at {}",
              ToString(motion.end()), ToString(end));
-  RandomStream walk = random.Fork(1);
-  ImuBias bias{.accelerometer = UniformVector(walk, physics.initial_accelerometer_bias),
-               .gyroscope = UniformVector(walk, physics.initial_gyroscope_bias)};
-  const double root_dt = std::sqrt(1.0 / physics.rate_hz);
+  DrawBiases(end, random);
+  const ImuErrors& errors = physics.errors;
+  vibration_ = MakeVibration(errors.vibration, physics.rate_hz, size(), random.Fork(2));
+  RandomStream sensitivity = random.Fork(4);
+  accelerometer_sensitivity_ = DrawSensitivity(errors.sensitivity.accelerometer, sensitivity);
+  gyroscope_sensitivity_ = DrawSensitivity(errors.sensitivity.gyroscope, sensitivity);
+}
+
+void ImuSimulator::DrawBiases(Time end, const RandomStream& random) {
+  RandomStream walk = random.Fork(1), directions = random.Fork(3);
+  ImuBias bias{.accelerometer = UniformVector(walk, physics_.initial_accelerometer_bias),
+               .gyroscope = UniformVector(walk, physics_.initial_gyroscope_bias)};
+  const double root_dt = std::sqrt(1.0 / physics_.rate_hz);
+  const ImuWarmUp& warm_up = physics_.errors.warm_up;
+  const Eigen::Vector3d accelerometer = warm_up.accelerometer * UnitVector(directions),
+                        gyroscope = warm_up.gyroscope * UnitVector(directions);
   for (std::size_t i = 0; StampOf(i) <= end; ++i) {
-    biases_.push_back(bias);
-    bias.accelerometer += NormalVector(walk, physics.noise.accelerometer_random_walk * root_dt);
-    bias.gyroscope += NormalVector(walk, physics.noise.gyroscope_random_walk * root_dt);
+    const double settled = -std::expm1(-(StampOf(i) - begin_).seconds() / warm_up.time_constant);
+    biases_.push_back({.accelerometer = bias.accelerometer + settled * accelerometer,
+                       .gyroscope = bias.gyroscope + settled * gyroscope});
+    bias.accelerometer += NormalVector(walk, physics_.noise.accelerometer_random_walk * root_dt);
+    bias.gyroscope += NormalVector(walk, physics_.noise.gyroscope_random_walk * root_dt);
   }
 }
 
@@ -74,13 +90,16 @@ ImuSample ImuSimulator::Sample(std::size_t index) const {
   RandomStream random = noise_.Fork(index);
   const double root_rate = std::sqrt(physics_.rate_hz);
   const Eigen::Vector3d gravity(0.0, 0.0, -physics_.gravity);
+  const Vector6d vibration = vibration_.empty() ? Vector6d(Vector6d::Zero()) : vibration_[index];
+  const Eigen::Vector3d rate = motion.angular_velocity + vibration.tail<3>();
   const Eigen::Vector3d force =
-      motion.T_world_body.rotation().conjugate() * (motion.acceleration - gravity);
+      motion.T_world_body.rotation().conjugate() * (motion.acceleration - gravity) +
+      vibration.head<3>();
   const Eigen::Vector3d gyroscope =
-      motion.angular_velocity + biases_[index].gyroscope +
+      gyroscope_sensitivity_ * rate + biases_[index].gyroscope +
       NormalVector(random, physics_.noise.gyroscope_density * root_rate);
   const Eigen::Vector3d accelerometer =
-      force + biases_[index].accelerometer +
+      accelerometer_sensitivity_ * force + biases_[index].accelerometer +
       NormalVector(random, physics_.noise.accelerometer_density * root_rate);
   return Saturate(
       {.stamp = stamp, .angular_velocity = gyroscope, .linear_acceleration = accelerometer});

@@ -13,6 +13,7 @@ namespace {
 constexpr double kStandardGravity = 9.80665;  // m/s^2, of drivers that report multiples of g
 constexpr Duration kSweepPeriod = Duration::FromMilliseconds(100);
 
+// Complete: the length as a number, and an estimator that is told noise that fits the IMU.
 SequenceOptions Checked(SequenceOptions options) {
   const auto ok = CheckOptions(options);
   MLVI_CHECK(ok.has_value(), "{}", ok.error().message);
@@ -22,6 +23,9 @@ SequenceOptions Checked(SequenceOptions options) {
     seconds =
         std::min(seconds, (options.trajectory->end() - options.trajectory->begin()).seconds());
   }
+  if (!options.recorded_imu.samples.empty()) options.imu_errors = {};  // they have real ones
+  if (HasErrors(EffectiveErrors(options.imu_errors, options.faults)))
+    options.rig.estimator_rig.imu.noise = options.rig.true_rig.imu.noise;
   return options;
 }
 
@@ -72,7 +76,8 @@ ImuPhysics PhysicsOf(const SequenceOptions& options) {
       .noise = options.imu_noise,
       .accelerometer_saturation = faulty ? faulty->acceleration : rig.imu.accelerometer_saturation,
       .gyroscope_saturation = faulty ? faulty->rate : rig.imu.gyroscope_saturation,
-      .gravity = rig.gravity};
+      .gravity = rig.gravity,
+      .errors = EffectiveErrors(options.imu_errors, options.faults)};
 }
 
 ImuSimulator MakeImu(const SequenceOptions& options, const PoseSpline& motion, Time end) {

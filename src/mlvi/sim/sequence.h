@@ -23,8 +23,8 @@
 namespace mlvi {
 
 // The rig as it is, and as the estimator is told. The files of real rigs hold IMU noise far above
-// the physical one, to cover vibration and scale errors that the simulated IMU does not have; the
-// estimator of a simulated recording is told twice the noise that is simulated.
+// the physical one, to cover vibration and scale errors. Where the simulated IMU has these, the
+// estimator is told what the file says (Recording does that), else twice the noise simulated.
 struct SimulatedRig {
   Rig true_rig;
   Rig estimator_rig;
@@ -77,6 +77,7 @@ struct SequenceOptions {
   std::shared_ptr<const OwnWorld> own_world = {};
   // A LiDAR of a straight line, the first surface, white noise (IdealPhysics).
   bool ideal_lidar = false;
+  ImuErrors imu_errors = {};  // as far as `faults` say nothing else
   SequenceFaults faults = {};
   // Names of the rig's cameras that take images; without any, nothing is drawn for them.
   std::vector<std::string> cameras = {};
@@ -85,7 +86,7 @@ struct SequenceOptions {
 };
 
 // The usual options for a rig: physical noise, calibrated as well as the sequence's real rig, no
-// faults, no images; an ideal LiDAR where the sequence says so.
+// faults, no images; LiDAR and IMU as imperfect as the sequence says.
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds = 0.0,
                                  std::uint64_t seed = 1);
 
