@@ -37,6 +37,15 @@ IrradianceCache::Irradiance Unpack(std::uint64_t bits) {
           .lamps = std::bit_cast<float>(static_cast<std::uint32_t>(bits))};
 }
 
+float Sum(const IrradianceCache::Irradiance& value) { return value.sky + value.lamps; }
+
+// Whether the nodes around a point are so different that they may lie on two sides of something.
+bool Disagree(const std::array<IrradianceCache::Irradiance, 3>& values) {
+  constexpr float kRatio = 3.0F;
+  const auto [low, high] = std::minmax({Sum(values[0]), Sum(values[1]), Sum(values[2])});
+  return high > kRatio * low;
+}
+
 std::size_t NodesOf(int divisions) {
   const auto n = static_cast<std::size_t>(divisions);
   return (n + 1) * (n + 2) / 2;
@@ -188,17 +197,48 @@ IrradianceCache::Irradiance IrradianceCache::At(std::uint32_t triangle,
   const float fv = std::clamp(v - static_cast<float>(j), 0.0F, 1.0F);
   // The cell (i, j) is cut in two by its diagonal; on the hypotenuse only the lower half exists.
   const bool upper = fu + fv > 1.0F && i + j + 2 <= n;
-  const auto at = [&](int di, int dj) {
-    return NodeValue(triangle, i + di, j + dj, front, normal);
-  };
-  const Irradiance p = at(1, 0), q = at(0, 1), r = upper ? at(1, 1) : at(0, 0);
-  float wp = upper ? 1.0F - fv : fu, wq = upper ? 1.0F - fu : fv;
-  const float wr = std::max(0.0F, 1.0F - wp - wq), sum = wp + wq + wr;
-  wp /= sum;
-  wq /= sum;
-  const float rest = 1.0F - wp - wq;
-  return {.sky = wp * p.sky + wq * q.sky + rest * r.sky,
-          .lamps = wp * p.lamps + wq * q.lamps + rest * r.lamps};
+  const std::array<Node, 3> nodes = {{{i + 1, j}, {i, j + 1}, {i + upper, j + upper}}};
+  std::array<Irradiance, 3> values;
+  for (std::size_t k = 0; k < 3; ++k)
+    values[k] = NodeValue(triangle, nodes[k].i, nodes[k].j, front, normal);
+  std::array<float, 3> weights = {upper ? 1.0F - fv : fu, upper ? 1.0F - fu : fv, 0.0F};
+  weights[2] = std::max(0.0F, 1.0F - weights[0] - weights[1]);
+  if (Disagree(values)) {
+    const Eigen::Vector3f point = mesh.vertices[t[0]] + barycentric.x() * ab + barycentric.y() * ac;
+    LeaveOutHidden(triangle, nodes, point.cast<double>(), normal, values, weights);
+  }
+  const float sum = weights[0] + weights[1] + weights[2];
+  Irradiance result;
+  for (std::size_t k = 0; k < 3; ++k) {
+    result.sky += weights[k] / sum * values[k].sky;
+    result.lamps += weights[k] / sum * values[k].lamps;
+  }
+  return result;
+}
+
+// Nodes that `point` does not see belong to another side of something that pierces the triangle or
+// stands on it: a roof, a wall, a box. Where it sees none (a crevice) the darkest one counts.
+void IrradianceCache::LeaveOutHidden(std::uint32_t triangle, const std::array<Node, 3>& nodes,
+                                     const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                     const std::array<Irradiance, 3>& values,
+                                     std::array<float, 3>& weights) const {
+  const WorldSnapshot still = world_->StaticSnapshot();
+  const Eigen::Vector3d from = point + kOffTheWall * normal;
+  bool seen = false;
+  std::size_t darkest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (Sum(values[k]) < Sum(values[darkest])) darkest = k;
+    const Eigen::Vector3d way =
+        NodePoint(triangle, nodes[k].i, nodes[k].j) + kOffTheWall * normal - from;
+    const double distance = way.norm();
+    if (distance > kOffTheWall && still.Occluded(from, way / distance, distance))
+      weights[k] = 0.0F;
+    else
+      seen = seen || weights[k] > 1e-3F;
+  }
+  if (seen) return;
+  weights = {};
+  weights[darkest] = 1.0F;
 }
 
 IrradianceCache::Irradiance IrradianceCache::NodeValue(std::uint32_t triangle, int i, int j,

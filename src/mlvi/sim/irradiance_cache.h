@@ -15,6 +15,8 @@ namespace mlvi {
 // and from lamps (direct and with one bounce), in lux. It is computed at the nodes of a lattice on
 // every triangle, about 0.4 m wide, when a node is first asked for, and interpolated between them;
 // triangles that share an edge of equal division share its nodes' values, so that no seam shows.
+// Where they differ much, only nodes count that the point sees along the surface: no light leaks
+// past what pierces a triangle or stands on it.
 // A node's value depends on the node alone: the same bits in any order and from any thread.
 class IrradianceCache {
  public:
@@ -36,11 +38,17 @@ class IrradianceCache {
     int divisions = 1;      // of each edge
     unsigned joined = 0;    // edges (bits: ab, ac, bc) that go on in the same plane
   };
+  struct Node {
+    int i = 0, j = 0;  // column and row in the lattice
+  };
   void FindJoinedEdges();
   void FindCornerPulls();
   Eigen::Vector3d NodePoint(std::uint32_t triangle, int i, int j) const;
   Irradiance NodeValue(std::uint32_t triangle, int i, int j, bool front,
                        const Eigen::Vector3d& normal) const;
+  void LeaveOutHidden(std::uint32_t triangle, const std::array<Node, 3>& nodes,
+                      const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                      const std::array<Irradiance, 3>& values, std::array<float, 3>& weights) const;
   Irradiance Compute(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
   double LampsAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, std::size_t limit,
                  double nearest) const;

@@ -73,6 +73,31 @@ TEST(IrradianceCache, NoSeamBetweenTheTrianglesOfAQuad) {
   }
 }
 
+// A wall that goes on through a roof: inside it is as dark up to the edge as far below it, and as
+// bright outside. Nodes of the wall lie on both sides of the roof.
+TEST(IrradianceCache, NoLightLeaksPastWhatPiercesATriangle) {
+  MeshBuilder builder;
+  const MaterialId grey = builder.AddMaterial("grey", 0.5);
+  const double roof = 2.13;
+  builder.AddQuad({-20, 0, 0}, {20, 0, 0}, {20, 0, 5}, {-20, 0, 5}, grey);                // wall
+  builder.AddQuad({-20, -8, roof}, {20, -8, roof}, {20, 8, roof}, {-20, 8, roof}, grey);  // roof
+  builder.AddQuad({-20, -8, 0}, {20, -8, 0}, {20, 8, 0}, {-20, 8, 0}, grey);              // floor
+  builder.AddQuad({-20, -8, 0}, {20, -8, 0}, {20, -8, roof}, {-20, -8, roof}, grey);
+  builder.AddQuad({-20, -8, 0}, {-20, 8, 0}, {-20, 8, roof}, {-20, -8, roof}, grey);
+  builder.AddQuad({20, -8, 0}, {20, 8, 0}, {20, 8, roof}, {20, -8, roof}, grey);
+  const World world(std::move(builder).Finish(),
+                    {.sun_illuminance = 0.0, .sky_illuminance = 10000.0});
+  const IrradianceCache cache(world, {0.3F});
+  const auto at = [&](double x, double z) {
+    const auto hit = world.Cast({x, -0.5, z}, Eigen::Vector3d::UnitY(), 1.0);
+    return cache.At(hit.value().triangle, hit->barycentric, hit->normal).sky;
+  };
+  for (double x = -5.0; x < 5.0; x += 0.173) {
+    for (const double below : {0.01, 0.05, 0.1, 0.3}) EXPECT_LT(at(x, roof - below), 5.0F) << x;
+    for (const double above : {0.01, 0.05, 0.1, 0.3}) EXPECT_GT(at(x, roof + above), 3000.0F) << x;
+  }
+}
+
 TEST(Sky, GivesItsIlluminanceOnLevelGround) {
   const Lighting light{.sun_illuminance = 0.0, .sky_illuminance = 5000.0};
   double sum = 0.0;

@@ -99,6 +99,7 @@ SceneRenderer::SceneRenderer(const World& world) : world_(&world), patches_(Draw
   TextureStore store;
   const auto add = [&](const TriangleMesh& mesh) {
     auto& surfaces = surfaces_.emplace_back();
+    normals_.emplace_back(mesh);
     std::vector<bool> used(mesh.materials.size());
     for (const std::uint16_t material : mesh.triangle_materials) used[material] = true;
     for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
@@ -292,10 +293,9 @@ const Material& SceneRenderer::MaterialOf(const PacketHit& hit) const {
   return mesh.materials[mesh.triangle_materials[hit.triangle]];
 }
 
-const std::vector<SceneRenderer::Surface>& SceneRenderer::SurfacesOf(const PacketHit& hit) const {
-  if (hit.object < 0) return surfaces_.front();
-  return surfaces_[first_parts_[static_cast<std::size_t>(hit.object)] +
-                   static_cast<std::size_t>(hit.part)];
+std::size_t SceneRenderer::MeshIndexOf(const PacketHit& hit) const {
+  if (hit.object < 0) return 0;
+  return first_parts_[static_cast<std::size_t>(hit.object)] + static_cast<std::size_t>(hit.part);
 }
 
 // The way, m in axes of the world, that the surface takes through the view during the exposure,
@@ -320,13 +320,14 @@ SceneRenderer::Spot SceneRenderer::SpotOf(const Moment& moment, const View& view
                                           const Sight& sight, float way) const {
   const PacketHit& hit = sight.hit;
   const TriangleMesh& mesh = MeshOf(hit);
+  const std::size_t index = MeshIndexOf(hit);
   const std::uint16_t material = mesh.triangle_materials[hit.triangle];
   const auto& t = mesh.triangles[hit.triangle];
   const Eigen::Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]],
                         &c = mesh.vertices[t[2]];
   Spot spot{.mesh = &mesh,
             .material = &mesh.materials[material],
-            .texture = SurfacesOf(hit)[material].texture.get(),
+            .texture = surfaces_[index][material].texture.get(),
             .triangle = hit.triangle,
             .barycentric = hit.barycentric,
             .point = a + hit.barycentric.x() * (b - a) + hit.barycentric.y() * (c - a),
@@ -346,6 +347,7 @@ SceneRenderer::Spot SceneRenderer::SpotOf(const Moment& moment, const View& view
     spot.normal = R_part_world * spot.normal;
     spot.stretch = R_part_world * spot.stretch;
   }
+  spot.normal = normals_[index].At(hit.triangle, hit.barycentric, spot.normal).normalized();
   return spot;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mlvi/sim/irradiance_cache.h"
+#include "mlvi/sim/mapping_normals.h"
 #include "mlvi/sim/world.h"
 
 namespace mlvi {
@@ -96,7 +97,8 @@ class SceneRenderer {
     const Texture* texture = nullptr;
     std::uint32_t triangle = 0;
     Eigen::Vector2f barycentric = Eigen::Vector2f::Zero();
-    Eigen::Vector3f point = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();
+    Eigen::Vector3f point = Eigen::Vector3f::Zero();
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();   // from where the texture is laid on
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m, the long axis of the cone's footprint
     float width = 0.0F;                                 // m, its short axis
   };
@@ -114,12 +116,14 @@ class SceneRenderer {
   Eigen::Vector3f PlanarAlbedo(const Spot& spot, const Eigen::Vector2f& uv,
                                const Eigen::Vector2f& stretch, float width) const;
   float Illuminance(const Moment& moment, const View& view, const Sight& sight) const;  // lux
-  const std::vector<Surface>& SurfacesOf(const PacketHit& hit) const;
+  std::size_t MeshIndexOf(const PacketHit& hit) const;  // 0: the world's
 
   const World* world_;
-  std::vector<std::vector<Surface>> surfaces_;  // by mesh: the world's, then of all parts in order
-  std::vector<std::size_t> first_parts_;        // index in surfaces_ of each object's first part
-  Texture patches_;                             // large faint stains that break repetition
+  // By mesh: the world's, then of all parts in order.
+  std::vector<std::vector<Surface>> surfaces_;
+  std::vector<MappingNormals> normals_;
+  std::vector<std::size_t> first_parts_;  // index in surfaces_ of each object's first part
+  Texture patches_;                       // large faint stains that break repetition
   std::unique_ptr<IrradianceCache> irradiance_;
 };
 
