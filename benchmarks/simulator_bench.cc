@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/io/image_encoder.h"
 #include "mlvi/io/rig_file.h"
 #include "mlvi/sim/recording.h"
 
@@ -72,22 +73,30 @@ int Run(const Options& options) {
              rig->name);
   std::optional<Recording> recording;
   Report("place, textures, exposures", Measure([&] { recording.emplace(sequence); }));
-  std::vector<Cost> sets, sweeps;
+  std::vector<Cost> sets, jpegs, sweeps;
+  StageTimes stages;  // of single images, without those of the first set
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   const std::size_t images = recording->cameras().front().size();
   for (int i = 0; i < options.sets; ++i) {
     const std::size_t index = std::min(images / 2 + static_cast<std::size_t>(i), images - 1);
     std::vector<Image> set;
     sets.push_back(Measure([&] {
-      for (const CameraStream& stream : recording->cameras()) set.push_back(stream.Take(index));
+      for (const CameraStream& stream : recording->cameras())
+        set.push_back(stream.Take(index, i > 0 ? &stages : nullptr));
     }));
     for (const Image& image : set) hash = Hash(hash, image);
+    jpegs.push_back(Measure([&] {
+      for (const Image& image : set) EncodeJpeg(image, 80).value();
+    }));
     const Time time = recording->cameras().front().TimeOf(index);
     sweeps.push_back(Measure(
         [&] { recording->lidar().Sweep(recording->world(), recording->motion(), time, index); }));
   }
   Report("first set of images", sets.front());
   Report("set of images, median", Median(sets));
+  for (const auto& [stage, statistics] : stages.Summarize())
+    fmt::print("| one image: {}, median | {:.3f} | |\n", stage, 1e-3 * statistics.p50_ms);
+  Report("JPEG of a set, median", Median(jpegs));
   Report("sweep, median", Median(sweeps));
   fmt::print("images {:016x}\n", hash);
   return 0;

@@ -380,7 +380,14 @@ void CameraSimulator::ExposeRow(const std::vector<Eigen::Vector3f>& line, const 
 }
 
 Image CameraSimulator::Render(const SceneRenderer& renderer, const PoseSpline& motion, Time time,
-                              std::uint64_t index, const Exposure& exposure) const {
+                              std::uint64_t index, const Exposure& exposure,
+                              StageTimes* times) const {
+  std::optional<StageTimes::Scope> stage;
+  const auto begin_stage = [&](const char* name) {
+    stage.reset();
+    if (times != nullptr) stage.emplace(*times, name);
+  };
+  begin_stage("look");
   Shot shot = MakeShot(renderer, motion, time, exposure);
   if (sensor_.physics().row_time == Duration()) shot.instants = InstantsOf(shot, 0);
   const auto width = static_cast<std::size_t>(rays_.width());
@@ -389,9 +396,11 @@ Image CameraSimulator::Render(const SceneRenderer& renderer, const PoseSpline& m
   Marks marks(width * height);
   ParallelFor(height, 4,
               [&](std::size_t row) { LookAlongRow(shot, static_cast<int>(row), sights); });
+  begin_stage("edges");
   ParallelFor(height, 4,
               [&](std::size_t row) { MarkEdges(shot, static_cast<int>(row), sights, marks); });
 
+  begin_stage("shade");
   const std::size_t channels = sensor_.physics().colour ? 3 : 1;
   Image image{
       .width = rays_.width(), .height = rays_.height(), .channels = static_cast<int>(channels)};

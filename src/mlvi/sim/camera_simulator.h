@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlvi/base/random.h"
+#include "mlvi/base/stage_times.h"
 #include "mlvi/geometry/spline.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
@@ -37,9 +38,9 @@ class CameraSimulator {
 
   // The image whose exposure has its middle at `time` (of the first row, if rolling). `motion` must
   // cover the exposure. The noise depends on `index` alone, not on earlier calls or threads. Stamp
-  // and camera number are left to the caller.
+  // and camera number are left to the caller. `times`, if any, gets the stages look, edges, shade.
   Image Render(const SceneRenderer& renderer, const PoseSpline& motion, Time time,
-               std::uint64_t index, const Exposure& exposure) const;
+               std::uint64_t index, const Exposure& exposure, StageTimes* times = nullptr) const;
 
  private:
   using Sights = std::vector<Sight>;        // by pixel, in rows

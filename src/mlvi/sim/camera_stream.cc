@@ -50,8 +50,9 @@ void CameraStream::MultiplyGain(Time from, Time to, double factor) {
   }
 }
 
-Image CameraStream::Take(std::size_t index) const {
-  Image image = simulator_.Render(*renderer_, *motion_, TimeOf(index), index, exposures_[index]);
+Image CameraStream::Take(std::size_t index, StageTimes* times) const {
+  Image image =
+      simulator_.Render(*renderer_, *motion_, TimeOf(index), index, exposures_[index], times);
   image.stamp = TimeOf(index);
   image.camera = camera_;
   return image;

@@ -25,8 +25,8 @@ class CameraStream {
   const Exposure& ExposureOf(std::size_t index) const { return exposures_[index]; }
   // What exposure control has chosen within [from, to) is multiplied.
   void MultiplyGain(Time from, Time to, double factor);
-  // Its stamp is the true instant.
-  Image Take(std::size_t index) const;
+  // Its stamp is the true instant. `times`: see CameraSimulator::Render.
+  Image Take(std::size_t index, StageTimes* times = nullptr) const;
 
  private:
   CameraSimulator simulator_;
