@@ -15,15 +15,6 @@ int BayesTree::NewClique() {
   return c;
 }
 
-void BayesTree::Clear() {
-  cliques_.clear();
-  free_.clear();
-  roots_.clear();
-  dirty_.clear();
-  clique_of_.clear();
-  for (Factor& factor : factors_) factor.clique = -1;
-}
-
 BayesTree::Top BayesTree::Detach(const std::vector<int>& touched) {
   Top top;
   std::vector<int> removed;
@@ -80,13 +71,40 @@ Hypergraph BayesTree::BuildHypergraph(const Top& top) {
   return graph;
 }
 
-int BayesTree::Restructure(const std::vector<int>& touched, const std::vector<int>& added,
-                           const std::vector<int>& newest) {
+void BayesTree::Resize() {
   clique_of_.resize(variables_.size(), -1);
   local_.resize(variables_.size(), -1);
   is_changed_.resize(variables_.size(), 0);
+}
+
+int BayesTree::Restructure(const std::vector<int>& touched, const std::vector<int>& added,
+                           const std::vector<int>& newest) {
+  Resize();
   Top top = Detach(touched);
   top.factors.insert(top.factors.end(), added.begin(), added.end());
+  return Rebuild(top, newest);
+}
+
+void BayesTree::Withdraw(const std::vector<int>& touched, const std::vector<int>& returned,
+                         int variable_count, int factor_count) {
+  Resize();
+  for (const int v : changed_) is_changed_[v] = 0;
+  changed_.clear();
+  Top top = Detach(touched);
+  std::erase_if(top.variables, [&](int v) {
+    if (v >= variable_count) clique_of_[v] = -1;
+    return v >= variable_count;
+  });
+  std::erase_if(top.factors, [&](int f) {
+    if (f >= factor_count) factors_[f].clique = -1;
+    return f >= factor_count;
+  });
+  top.factors.insert(top.factors.end(), returned.begin(), returned.end());
+  if (!top.variables.empty()) Rebuild(top, {});
+}
+
+// Orders and attaches what was taken out; returns the number of variables.
+int BayesTree::Rebuild(const Top& top, const std::vector<int>& newest) {
   const Hypergraph graph = BuildHypergraph(top);
   std::vector<int> group(graph.columns, 0), sizes(graph.columns);
   for (int i = 0; i < graph.columns; ++i) sizes[i] = variables_.tangent_size(top.variables[i]);

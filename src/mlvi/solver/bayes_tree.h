@@ -29,12 +29,18 @@ class BayesTree {
   // the number of variables ordered.
   int Restructure(const std::vector<int>& touched, const std::vector<int>& added,
                   const std::vector<int>& newest);
+  // Undoes a Restructure of `touched` whose variables from `variable_count` on and factors from
+  // `factor_count` on shall not be in the tree after all, while the factors `returned` shall: takes
+  // out the same part of the tree and orders it anew without the ones and with the others.
+  void Withdraw(const std::vector<int>& touched, const std::vector<int>& returned,
+                int variable_count, int factor_count);
   // The clique must be eliminated again, and so must all above it.
   void MarkDirty(int clique);
 
   struct Elimination {
     int cliques = 0;
-    std::optional<int> singular_variable;  // the tree is then of no use until Clear
+    // No steps exist then, and what was dirty still is.
+    std::optional<int> singular_variable;
   };
   // Eliminates all dirty cliques, children before parents, independent subtrees in parallel.
   Elimination Eliminate();
@@ -49,11 +55,7 @@ class BayesTree {
   // Covariance of the steps of `variables` (tangent space at the linearisation points).
   Eigen::MatrixXd Covariance(const std::vector<int>& variables) const;
 
-  void Clear();
   int clique_count() const { return static_cast<int>(cliques_.size() - free_.size()); }
-  bool Holds(int variable) const {
-    return variable < static_cast<int>(clique_of_.size()) && clique_of_[variable] >= 0;
-  }
 
  private:
   struct Clique {
@@ -81,7 +83,9 @@ class BayesTree {
     std::vector<int> variables, factors, orphans;
   };
 
+  void Resize();
   Top Detach(const std::vector<int>& touched);
+  int Rebuild(const Top& top, const std::vector<int>& newest);
   Hypergraph BuildHypergraph(const Top& top);
   void Attach(const Top& top, const EliminationForest& forest);
   void AddCliques(const Top& top, const EliminationForest& forest, std::vector<int>* index);
@@ -90,12 +94,12 @@ class BayesTree {
   int NewClique();
 
   struct Schedule {
-    std::vector<int> order;           // dirty cliques, parents first
-    std::vector<int> place, waiting;  // per clique: place in `order`; per place: dirty children
+    std::vector<int> order;                  // dirty cliques, parents first
+    std::vector<int> waiting;                // per place in `order`: dirty children
     std::vector<std::vector<int>> subtrees;  // cliques of each, parents first
   };
   std::vector<int> DirtyTopDown() const;
-  Schedule PlanElimination() const;
+  Schedule PlanElimination();
   int EliminateClique(int c, AlignedBuffer* hessian);
   void Assemble(Clique* clique, AlignedBuffer* hessian);
 
@@ -114,6 +118,7 @@ class BayesTree {
   std::vector<int> free_, roots_, dirty_;
   std::vector<int> clique_of_;  // per variable: where it is frontal
   std::vector<int> local_;      // scratch per variable
+  std::vector<int> place_;      // scratch per clique: among the dirty ones
   std::vector<int> changed_;
   std::vector<char> is_changed_;
 };

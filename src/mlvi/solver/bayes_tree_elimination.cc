@@ -43,25 +43,25 @@ std::vector<int> BayesTree::DirtyTopDown() const {
 
 // Splits the dirty cliques into subtrees too small to be worth splitting, and the cliques above
 // them.
-BayesTree::Schedule BayesTree::PlanElimination() const {
+BayesTree::Schedule BayesTree::PlanElimination() {
   Schedule schedule;
   schedule.order = DirtyTopDown();
   const std::size_t count = schedule.order.size();
-  schedule.place.assign(cliques_.size(), -1);
-  for (std::size_t i = 0; i < count; ++i) schedule.place[schedule.order[i]] = static_cast<int>(i);
+  place_.resize(cliques_.size());
+  for (std::size_t i = 0; i < count; ++i) place_[schedule.order[i]] = static_cast<int>(i);
   std::vector<double> cost(count, 0.0);
   std::vector<int> waiting(count, 0);
   for (std::size_t i = count; i-- > 0;) {
     const Clique& clique = cliques_[schedule.order[i]];
     cost[i] += Cost(clique.frontal, clique.separator);
     if (clique.parent < 0) continue;
-    cost[schedule.place[clique.parent]] += cost[i];
-    ++waiting[schedule.place[clique.parent]];
+    cost[place_[clique.parent]] += cost[i];
+    ++waiting[place_[clique.parent]];
   }
   std::vector<int> subtree_of(count, -1);
   for (std::size_t i = 0; i < count; ++i) {
     const int parent = cliques_[schedule.order[i]].parent;
-    const int above = parent < 0 ? -1 : subtree_of[schedule.place[parent]];
+    const int above = parent < 0 ? -1 : subtree_of[place_[parent]];
     if (above >= 0) {
       subtree_of[i] = above;
       schedule.subtrees[above].push_back(schedule.order[i]);
@@ -80,14 +80,14 @@ BayesTree::Elimination BayesTree::Eliminate() {
   std::vector<std::atomic<int>> waiting(schedule.order.size());
   for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i] = schedule.waiting[i];
   const auto eliminate = [&](int c, AlignedBuffer* hessian) {
-    singular[schedule.place[c]] = EliminateClique(c, hessian);
+    singular[place_[c]] = EliminateClique(c, hessian);
   };
   ParallelFor(schedule.subtrees.size(), 1, [&](std::size_t s) {
     AlignedBuffer hessian;
     const std::vector<int>& subtree = schedule.subtrees[s];
     for (auto it = subtree.rbegin(); it != subtree.rend(); ++it) eliminate(*it, &hessian);
     // Whoever finishes the last child of a clique goes on with the clique.
-    for (int c = cliques_[subtree.front()].parent; c >= 0 && --waiting[schedule.place[c]] == 0;
+    for (int c = cliques_[subtree.front()].parent; c >= 0 && --waiting[place_[c]] == 0;
          c = cliques_[c].parent) {
       eliminate(c, &hessian);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "mlvi/base/parallel.h"
 #include "mlvi/solver/bayes_tree.h"
@@ -71,9 +72,12 @@ class IncrementalSmoother::Impl {
   std::vector<int> FactorsOf(const std::vector<int>& moved);
   std::optional<Error> Linearize(const std::vector<int>& factors);
   std::vector<int> FindStale(const std::vector<int>& changed);
+  std::optional<Error> Relinearize(const std::vector<int>& variables,
+                                   IncrementalSmootherSummary* summary);
+  void Save(const std::vector<int>& variables);
   std::optional<Error> Iterate(IncrementalSmootherSummary* summary);
   void Commit();
-  void RestoreCommitted();
+  void Restore(const std::vector<int>& touched);
   Error Describe(int factor) const;
 
   IncrementalSmootherConfig config_;
@@ -86,9 +90,12 @@ class IncrementalSmoother::Impl {
   std::vector<int> pending_removals_;
   std::vector<char> is_removed_;   // per factor
   std::vector<char> factor_mark_;  // scratch per factor
-  std::vector<char> is_stale_;     // scratch per variable
+  std::vector<char> is_stale_;     // scratch per variable, all zero between calls
   bool is_urgent_ = false;
-  std::vector<double> backup_;  // estimates before the Update, in case it fails
+  // Estimates before the Update of the variables that it has moved, in case it fails.
+  std::vector<int> saved_;
+  std::vector<double> saved_estimates_;
+  std::vector<char> is_saved_;  // per variable
   // Variables that the last Update should have linearised anew, had it had more rounds.
   std::vector<int> stale_;
   int factor_count_ = 0;
@@ -169,11 +176,17 @@ std::optional<Error> IncrementalSmoother::Impl::Linearize(const std::vector<int>
 
 // The variables that must be linearised anew after the steps of `changed` have changed.
 std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& changed) {
-  is_stale_.assign(variables_.size(), 0);
+  is_stale_.resize(variables_.size(), 0);
   is_urgent_ = false;
+  std::vector<int> stale;
+  const auto add = [&](int v) {
+    if (is_stale_[v]) return;
+    is_stale_[v] = 1;
+    stale.push_back(v);
+  };
   for (const int v : changed) {
     const double step = variables_.ScaledStep(v) / config_.relinearize_threshold;
-    is_stale_[v] = step > 1.0;
+    if (step > 1.0) add(v);
     is_urgent_ |= step > config_.urgency;
   }
   const std::vector<int> factors = FactorsOf(changed);
@@ -191,13 +204,12 @@ std::vector<int> IncrementalSmoother::Impl::FindStale(const std::vector<int>& ch
   is_urgent_ |= std::ranges::any_of(urgent, [](char u) { return u != 0; });
   for (std::size_t i = 0; i < factors.size(); ++i) {
     if (!errs[i]) continue;
-    for (const int v : factors_[factors[i]].variables)
-      is_stale_[v] |= variables_.ScaledStep(v) > 0.0;
+    for (const int v : factors_[factors[i]].variables) {
+      if (variables_.ScaledStep(v) > 0.0) add(v);
+    }
   }
-  std::vector<int> stale;
-  for (int v = 0; v < variables_.size(); ++v) {
-    if (is_stale_[v]) stale.push_back(v);
-  }
+  for (const int v : stale) is_stale_[v] = 0;
+  std::ranges::sort(stale);
   return stale;
 }
 
@@ -209,7 +221,6 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
   if (std::optional<Error> error = Linearize(added)) return tl::unexpected(*error);
 
   IncrementalSmootherSummary summary;
-  backup_ = variables_.estimates();
   std::vector<int> touched;
   for (int v = committed_variables_; v < variables_.size(); ++v) touched.push_back(v);
   for (const std::vector<int>* changed : {&added, &pending_removals_}) {
@@ -228,7 +239,7 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
   if (std::optional<Error> error = Iterate(&summary)) {
     for (std::size_t i = 0; i < removed.size(); ++i)
       factors_[pending_removals_[i]].cost = std::move(removed[i]);
-    RestoreCommitted();
+    Restore(touched);
     return tl::unexpected(*error);
   }
   Commit();
@@ -236,18 +247,38 @@ Expected<IncrementalSmootherSummary> IncrementalSmoother::Impl::Update() {
   return summary;
 }
 
+// Moves linearisation points to the estimates.
+std::optional<Error> IncrementalSmoother::Impl::Relinearize(const std::vector<int>& variables,
+                                                            IncrementalSmootherSummary* summary) {
+  for (const int v : variables) variables_.MoveLinearizationToEstimate(v);
+  const std::vector<int> factors = FactorsOf(variables);
+  for (const int f : factors) tree_.MarkDirty(factors_[f].clique);
+  summary->relinearized_variables += static_cast<int>(variables.size());
+  summary->relinearized_factors += static_cast<int>(factors.size());
+  return Linearize(factors);
+}
+
+void IncrementalSmoother::Impl::Save(const std::vector<int>& variables) {
+  is_saved_.resize(variables_.size(), 0);
+  for (const int v : variables) {
+    if (is_saved_[v]) continue;
+    is_saved_[v] = 1;
+    saved_.push_back(v);
+    const double* estimate = variables_.estimate(v);
+    saved_estimates_.insert(saved_estimates_.end(), estimate,
+                            estimate + variables_.ambient_size(v));
+  }
+}
+
 std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSummary* summary) {
+  for (const int v : saved_) is_saved_[v] = 0;
+  saved_.clear();
+  saved_estimates_.clear();
   // Staleness outlives an update that did not touch the variable.
-  std::vector<int> moved = std::move(stale_);
+  std::vector<int> moved = std::exchange(stale_, {});
   do {
     ++summary->rounds;
-    for (const int v : moved) variables_.MoveLinearizationToEstimate(v);
-    const std::vector<int> stale = FactorsOf(moved);
-    if (std::optional<Error> error = Linearize(stale)) return error;
-    for (const int f : stale) tree_.MarkDirty(factors_[f].clique);
-    summary->relinearized_variables += static_cast<int>(moved.size());
-    summary->relinearized_factors += static_cast<int>(stale.size());
-
+    if (std::optional<Error> error = Relinearize(moved, summary)) return error;
     const internal::BayesTree::Elimination elimination = tree_.Eliminate();
     summary->reeliminated_cliques += elimination.cliques;
     if (elimination.singular_variable) {
@@ -258,11 +289,13 @@ std::optional<Error> IncrementalSmoother::Impl::Iterate(IncrementalSmootherSumma
               *elimination.singular_variable)};
     }
     const std::vector<int>& changed = tree_.Solve(config_.wildfire_threshold);
+    Save(changed);
     ParallelFor(changed.size(), kFactorGrain,
                 [&](std::size_t i) { variables_.UpdateEstimate(changed[i]); });
     moved = FindStale(changed);
   } while (is_urgent_ && summary->rounds < config_.max_rounds);
   summary->converged = !is_urgent_;
+  summary->stale_variables = static_cast<int>(moved.size());
   stale_ = std::move(moved);
   return std::nullopt;
 }
@@ -277,21 +310,23 @@ void IncrementalSmoother::Impl::Commit() {
   committed_factors_ = static_cast<int>(factors_.size());
 }
 
-// Back to the state of the last successful Update, with the same estimates and new linearisation
-// points at them.
-void IncrementalSmoother::Impl::RestoreCommitted() {
-  variables_.Restore(backup_);
-  stale_.clear();
-  tree_.Clear();
-  std::vector<int> variables(committed_variables_), factors;
-  for (int v = 0; v < committed_variables_; ++v) variables[v] = v;
-  for (int f = 0; f < committed_factors_; ++f) {
-    if (factors_[f].alive()) factors.push_back(f);
+// Back to the state of the last successful Update, with the same estimates; what the failed one,
+// which had `touched` variables, moved is linearised there anew. Costs no more than that did.
+void IncrementalSmoother::Impl::Restore(const std::vector<int>& touched) {
+  const double* estimate = saved_estimates_.data();
+  for (const int v : saved_) {
+    variables_.Restore(v, estimate);
+    estimate += variables_.ambient_size(v);
   }
+  tree_.Withdraw(touched, pending_removals_, committed_variables_, committed_factors_);
+  std::erase_if(saved_, [&](int v) {
+    if (v >= committed_variables_) is_saved_[v] = 0;
+    return v >= committed_variables_;
+  });
+  IncrementalSmootherSummary unused;
   // A factor that cannot be evaluated even at the estimate keeps its last approximation.
-  (void)Linearize(factors);
-  if (variables.empty()) return;
-  tree_.Restructure(variables, factors, {});
+  (void)Relinearize(saved_, &unused);
+  (void)Linearize(pending_removals_);
   (void)tree_.Eliminate();
 }
 

@@ -66,6 +66,9 @@ struct IncrementalSmootherSummary {
   int cliques = 0;  // of the tree afterwards
   // False: `max_rounds` was spent and something urgent is left to the next Update.
   bool converged = true;
+  // Exceed a threshold, urgently or not, and are left to the next Update. None: further ones would
+  // change nothing.
+  int stale_variables = 0;
 };
 
 // Not safe for concurrent use of one instance. The same sequence of calls gives the same bits at

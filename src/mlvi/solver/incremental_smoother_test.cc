@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <limits>
 
 #include "mlvi/base/parallel.h"
@@ -454,6 +455,98 @@ TEST(IncrementalSmoother, NotFiniteFactorIsNamedAndCanBeDropped) {
     world.Step();
     ASSERT_TRUE(world.smoother.Update());
     EXPECT_NEAR(world.smoother.Objective(), world.Solve().objective, 1e-9);
+  }
+}
+
+// Pulls strongly to a place where it cannot be evaluated: found out only after the first step.
+struct FragileError {
+  Eigen::Vector2d place;
+  template <typename T>
+  bool operator()(const T* a, T* r) const {
+    r[0] = T(50.0) * (a[0] - T(place.x()));
+    r[1] = T(50.0) * (a[1] - T(place.y()));
+    return r[0] * r[0] + r[1] * r[1] > T(50.0 * 50.0);
+  }
+};
+
+TEST(IncrementalSmoother, FailuresLeaveNoTrace) {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    RandomWorld world(seed), spared(seed);
+    for (int i = 0; i < 30; ++i) {
+      world.Step();
+      spared.Step();
+      ASSERT_TRUE(world.smoother.Update());
+      ASSERT_TRUE(spared.smoother.Update());
+      if (i < 5) continue;
+      const std::vector<double> before = world.AllEstimates();
+      // A variable that nothing holds or a factor that breaks, beside a loop and a removal that are
+      // taken back.
+      IncrementalSmoother& smoother = world.smoother;
+      const VariableId extra = smoother.AddVariable(Span(Planar(1, 2, 1, 0)), world.manifold);
+      smoother.AddFactor(Relative({1.0, 0.0, 0.3}), nullptr, {world.pose(1), world.pose(i - 1)});
+      if (smoother.Contains(FactorId(i / 2))) smoother.RemoveFactor(FactorId(i / 2));
+      if (i % 2 == 0) {
+        smoother.AddFactor(Relative({1.0, 0.0, 0.0}), nullptr, {world.pose(i), extra});
+        const Eigen::Vector2d place(world.Estimate(world.pose(i))[0] + 5.0, 0.0);
+        smoother.AddFactor(std::make_shared<ceres::AutoDiffCostFunction<FragileError, 2, 4>>(
+                               new FragileError{place}),
+                           nullptr, {world.pose(i)});
+      }
+      ASSERT_FALSE(smoother.Update());
+      EXPECT_EQ(world.AllEstimates(), before);
+      smoother.DiscardPending();
+    }
+    EXPECT_NEAR(world.smoother.Objective(), spared.smoother.Objective(), 1e-9);
+    for (const VariableId id : world.ids)
+      EXPECT_LT((world.Estimate(id) - spared.Estimate(id)).norm(), 1e-7);
+    const VariableId any = world.pose(12);
+    const Eigen::MatrixXd covariance = spared.smoother.MarginalCovariance(any);
+    EXPECT_LT((world.smoother.MarginalCovariance(any) - covariance).norm(),
+              1e-6 * covariance.norm());
+  }
+}
+
+// Counts how often a factor is evaluated.
+class Counted final : public ceres::CostFunction {
+ public:
+  Counted(std::shared_ptr<ceres::CostFunction> cost, std::atomic<int>* count)
+      : cost_(std::move(cost)), count_(count) {
+    set_num_residuals(cost_->num_residuals());
+    *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+  }
+  bool Evaluate(const double* const* x, double* r, double** J) const override {
+    ++*count_;
+    return cost_->Evaluate(x, r, J);
+  }
+
+ private:
+  std::shared_ptr<ceres::CostFunction> cost_;
+  std::atomic<int>* count_;
+};
+
+TEST(IncrementalSmoother, AFailureCostsNoMoreInALongGraph) {
+  for (const int length : {100, 3000}) {
+    World world;
+    std::atomic<int> evaluations = 0;
+    const auto counted = [&](std::shared_ptr<ceres::CostFunction> cost) {
+      return std::make_shared<Counted>(std::move(cost), &evaluations);
+    };
+    for (int i = 0; i < length; ++i) {
+      world.Add(Planar(0.5 * i, 0, 1, 0));
+      if (i == 0) world.Connect(counted(Prior(Planar(0, 0, 1, 0))), {world.ids[0]});
+      if (i > 0) world.Connect(counted(Relative({0.5, 0, 0})), {world.ids[i - 1], world.ids[i]});
+    }
+    ASSERT_TRUE(world.smoother.Update());
+    EXPECT_GE(evaluations, length);
+    evaluations = 0;
+    for (int failure = 0; failure < 10; ++failure) {
+      world.Add(Planar(0, 0, 1, 0));
+      const VariableId near_end = world.ids[length - 2 - failure];
+      world.Connect(counted(Relative({0.5, 0, 0})), {near_end, world.ids[length - 1]});
+      ASSERT_FALSE(world.smoother.Update());
+      world.smoother.DiscardPending();
+    }
+    EXPECT_LE(evaluations, 20) << "in a graph of " << length;
   }
 }
 

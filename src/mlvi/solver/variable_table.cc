@@ -75,9 +75,9 @@ void VariableTable::MoveLinearizationToEstimate(int v) {
   ComputePlusJacobian(v);
 }
 
-void VariableTable::Restore(const std::vector<double>& estimates) {
-  std::ranges::copy(estimates, estimate_.begin());
-  for (int v = 0; v < size(); ++v) MoveLinearizationToEstimate(v);
+void VariableTable::Restore(int v, const double* estimate) {
+  std::copy_n(estimate, ambient_size(v), estimate_.data() + ambient_start_[v]);
+  MoveLinearizationToEstimate(v);
 }
 
 void VariableTable::ComputePlusJacobian(int v) {

@@ -37,9 +37,8 @@ class VariableTable {
 
   void UpdateEstimate(int v);               // from linearisation point and step
   void MoveLinearizationToEstimate(int v);  // the step becomes zero
-  // Saved and restored as a whole; restoring moves the linearisation points too.
-  const std::vector<double>& estimates() const { return estimate_; }
-  void Restore(const std::vector<double>& estimates);
+  // Back to `estimate` (ambient_size(v) numbers), which becomes the linearisation point, too.
+  void Restore(int v, const double* estimate);
 
  private:
   void ComputePlusJacobian(int v);
