@@ -181,6 +181,7 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"real_time_factor", facts.wall_s > 0.0 ? facts.data_duration_s / facts.wall_s : 0.0},
           {"peak_rss_mb", static_cast<double>(usage.ru_maxrss) / 1024.0},
           {"keyframes", slam.graph().keyframes().size()},
+          {"graph_converged", slam.graph().converged()},
           {"resets", slam.supervisor().odometry().resets.size()},
           {"loops", slam.graph().loops()},
           {"messages", Messages(facts.read)},

@@ -42,6 +42,8 @@ struct Outcome {
   // Once per second: of the pose, of its position and its rotation alone (three degrees of freedom
   // each).
   std::vector<double> nees, nees_position, nees_rotation;
+  // The same of every keyframe when it was the newest of the graph.
+  std::vector<double> graph_nees, graph_nees_position, graph_nees_rotation;
   double sweep_p50_ms = 0.0, sweep_p99_ms = 0.0;
   std::int64_t sweeps = 0, used = 0, degenerate = 0, resets = 0;
   Eigen::Vector3d weak_axis = Eigen::Vector3d::Zero();
@@ -66,18 +68,20 @@ Pose3 YawAndPositionAlignment(const Pose3& T_world_body, const Pose3& T_truth_bo
 
 class NeesCollector {
  public:
-  explicit NeesCollector(const Recording& recording) : recording_(recording) {}
+  // Takes states at least `period` seconds apart. `origin` is where the world was defined.
+  NeesCollector(const Recording& recording, const StampedPose& origin, double period)
+      : recording_(recording),
+        period_(period),
+        T_world_truth_(
+            YawAndPositionAlignment(origin.pose, recording.GroundTruth(origin.stamp).T_world_body)),
+        last_(origin.stamp) {}
 
-  void Observe(const OdometryEstimate& estimate) {
-    const Pose3 T_truth_body = recording_.GroundTruth(estimate.state.stamp).T_world_body;
-    const bool first = !last_.valid();
-    if (first) T_world_truth_ = YawAndPositionAlignment(estimate.state.T_world_body, T_truth_body);
-    if (!first && (estimate.state.stamp - last_).seconds() < 1.0) return;
-    last_ = estimate.state.stamp;
-    if (first) return;  // position and heading agree by construction
-    const Pose3& T_world_body = estimate.state.T_world_body;
-    const Pose3 T_world_truth = T_world_truth_ * T_truth_body;
-    const Matrix6d covariance = PoseChartCovariance(T_world_body.R(), estimate.covariance);
+  void Observe(const NavState& state, const Matrix15d& state_covariance) {
+    if (state.stamp == last_ || (state.stamp - last_).seconds() < period_) return;
+    last_ = state.stamp;
+    const Pose3& T_world_body = state.T_world_body;
+    const Pose3 T_world_truth = T_world_truth_ * recording_.GroundTruth(state.stamp).T_world_body;
+    const Matrix6d covariance = PoseChartCovariance(T_world_body.R(), state_covariance);
     const auto nees = PoseNees(T_world_body, T_world_truth, covariance);
     if (!nees) return;
     pose_.push_back(*nees);
@@ -89,14 +93,13 @@ class NeesCollector {
     position_.push_back(part(0));
     rotation_.push_back(part(3));
   }
-  void WriteTo(Outcome& outcome) const {
-    outcome.nees = pose_;
-    outcome.nees_position = position_;
-    outcome.nees_rotation = rotation_;
-  }
+  const std::vector<double>& pose() const { return pose_; }
+  const std::vector<double>& position() const { return position_; }
+  const std::vector<double>& rotation() const { return rotation_; }
 
  private:
   const Recording& recording_;
+  double period_;
   Pose3 T_world_truth_;
   Time last_;
   std::vector<double> pose_, position_, rotation_;
@@ -136,7 +139,7 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   Rig used = recording.rig();
   used.cameras.clear();
   Slam slam(config, used);
-  NeesCollector nees(recording);
+  std::optional<NeesCollector> nees, graph_nees;
   Outcome outcome;
   outcome.seed = seed;
   outcome.rss_begin_mb = ResidentMegabytes();
@@ -149,11 +152,26 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
     slam.Process(**next);
     if (!slam.newest() || slam.newest()->state.stamp == newest) continue;
     newest = slam.newest()->state.stamp;
-    nees.Observe(*slam.newest());
+    if (!nees) {
+      const StampedPose& origin = slam.odometry().back();  // what defines the map's world
+      nees.emplace(recording, origin, 1.0);
+      graph_nees.emplace(recording, origin, 0.0);
+    }
+    nees->Observe(slam.newest()->state, slam.newest()->covariance);
+    const std::optional<GraphUpdate>& smoothed = slam.graph().newest();
+    if (smoothed && smoothed->newest.stamp == newest)
+      graph_nees->Observe(smoothed->newest, smoothed->covariance);
   }
   slam.Finish();
   outcome.rss_end_mb = ResidentMegabytes();
-  nees.WriteTo(outcome);
+  if (nees) {
+    outcome.nees = nees->pose();
+    outcome.nees_position = nees->position();
+    outcome.nees_rotation = nees->rotation();
+    outcome.graph_nees = graph_nees->pose();
+    outcome.graph_nees_position = graph_nees->position();
+    outcome.graph_nees_rotation = graph_nees->rotation();
+  }
   const auto stages = slam.times().Summarize();
   outcome.sweep_p50_ms = stages.at("sweep").p50_ms;
   outcome.sweep_p99_ms = stages.at("sweep").p99_ms;
@@ -168,8 +186,11 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   return outcome;
 }
 
+double Mean(const std::vector<double>& nees) {
+  return nees.empty() ? NAN : SummarizeNees(nees, 6).mean;
+}
+
 nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
-  const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
   return {{"sequence", options.sequence},
           {"rig", options.rig},
           {"seed", o.seed},
@@ -179,8 +200,10 @@ nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
           {"attitude_rmse_deg", o.attitude_rmse_deg},
           {"attitude_max_deg", o.attitude_max_deg},
           {"drift_percent", o.drift_percent},
-          {"mean_nees", nees.mean},
-          {"nees_count", nees.count},
+          {"mean_nees", Mean(o.nees)},
+          {"nees_count", o.nees.size()},
+          {"mean_graph_nees", Mean(o.graph_nees)},
+          {"graph_nees_count", o.graph_nees.size()},
           {"sweep_p50_ms", o.sweep_p50_ms},
           {"sweep_p99_ms", o.sweep_p99_ms},
           {"sweeps", o.sweeps},
@@ -199,16 +222,15 @@ void Print(const Options& options, const Outcome& o) {
     std::fflush(stdout);
     return;
   }
-  const NeesSummary nees = o.nees.empty() ? NeesSummary{} : SummarizeNees(o.nees, 6);
   fmt::print(
       "{:16} {:14} seed {:2}  ATE {:.4f} m (smoothed {:.4f})  attitude {:.3f} deg (max {:.3f})  "
-      "NEES {:6.2f}  used "
+      "NEES {:6.2f} (graph {:.2f})  used "
       "{}/{}  degenerate {} ({:.2f} {:.2f} {:.2f})  sweep p50 {:.1f} p99 {:.1f} ms  {} keyframes  "
       "RSS {:.0f} -> {:.0f} MB\n",
       options.sequence, options.rig, o.seed, o.odometry_ate, o.trajectory_ate, o.attitude_rmse_deg,
-      o.attitude_max_deg, nees.mean, o.used, o.sweeps, o.degenerate, o.weak_axis.x(),
-      o.weak_axis.y(), o.weak_axis.z(), o.sweep_p50_ms, o.sweep_p99_ms, o.keyframes, o.rss_begin_mb,
-      o.rss_end_mb);
+      o.attitude_max_deg, Mean(o.nees), Mean(o.graph_nees), o.used, o.sweeps, o.degenerate,
+      o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z(), o.sweep_p50_ms, o.sweep_p99_ms,
+      o.keyframes, o.rss_begin_mb, o.rss_end_mb);
   std::fflush(stdout);
 }
 
@@ -252,6 +274,9 @@ int Run(const Options& options) {
     PrintNeesOverSeeds(outcomes, "pose", &Outcome::nees, 6);
     PrintNeesOverSeeds(outcomes, "position", &Outcome::nees_position, 3);
     PrintNeesOverSeeds(outcomes, "rotation", &Outcome::nees_rotation, 3);
+    PrintNeesOverSeeds(outcomes, "newest keyframe", &Outcome::graph_nees, 6);
+    PrintNeesOverSeeds(outcomes, "newest keyframe's position", &Outcome::graph_nees_position, 3);
+    PrintNeesOverSeeds(outcomes, "newest keyframe's rotation", &Outcome::graph_nees_rotation, 3);
   }
   return 0;
 }

@@ -37,4 +37,30 @@ bool VectorPriorFactor::Evaluate(const double* const* parameters, double* residu
   return true;
 }
 
+bool NavPriorFactor::Evaluate(const double* const* parameters, double* residuals,
+                              double** jacobians) const {
+  using Eigen::Map, Eigen::Vector3d;
+  Vector15d error;
+  error << LogSe3(state_.T_world_body.inverse() * LoadPose(parameters[0])),
+      Map<const Vector3d>(parameters[1]) - state_.v_world_body,
+      Map<const Vector3d>(parameters[2]) - state_.bias.accelerometer,
+      Map<const Vector3d>(parameters[2] + 3) - state_.bias.gyroscope;
+  Map<Vector15d>{residuals}.noalias() = sqrt_information_ * error;
+  if (jacobians == nullptr) return true;
+  if (jacobians[0] != nullptr) {
+    const Eigen::Matrix<double, 15, 6> J =
+        sqrt_information_.leftCols<6>() * RightJacobianInverseSe3(error.head<6>());
+    StorePoseJacobian<15>(J, parameters[0], jacobians[0]);
+  }
+  if (jacobians[1] != nullptr) {
+    Map<Eigen::Matrix<double, 15, 3, Eigen::RowMajor>>{jacobians[1]} =
+        sqrt_information_.middleCols<3>(6);
+  }
+  if (jacobians[2] != nullptr) {
+    Map<Eigen::Matrix<double, 15, 6, Eigen::RowMajor>>{jacobians[2]} =
+        sqrt_information_.rightCols<6>();
+  }
+  return true;
+}
+
 }  // namespace mlvi

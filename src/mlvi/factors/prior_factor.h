@@ -5,6 +5,7 @@
 #include <ceres/sized_cost_function.h>
 
 #include "mlvi/factors/pose_block.h"
+#include "mlvi/state/nav_state.h"
 
 namespace mlvi {
 
@@ -36,6 +37,24 @@ class VectorPriorFactor final : public ceres::CostFunction {
  private:
   Eigen::VectorXd mean_;
   Eigen::MatrixXd sqrt_information_;
+};
+
+// A whole state known with some certainty, correlations included: residual = sqrt_information *
+// [LogSe3(T_world_body_prior^-1 T_world_body); v - v_prior; bias - bias_prior].
+// Parameters: pose, velocity, bias.
+class NavPriorFactor final
+    : public ceres::SizedCostFunction<15, kPoseBlockSize, kVelocityBlockSize, kBiasBlockSize> {
+ public:
+  // `sqrt_information` in the order of the residual.
+  NavPriorFactor(const NavState& state, const Matrix15d& sqrt_information)
+      : state_(state), sqrt_information_(sqrt_information) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  NavState state_;
+  Matrix15d sqrt_information_;
 };
 
 }  // namespace mlvi

@@ -43,5 +43,38 @@ TEST(VectorPriorFactor, WeighsTheDifference) {
   EXPECT_THROW(VectorPriorFactor(mean, Eigen::MatrixXd::Identity(2, 2)), ContractViolation);
 }
 
+TEST(NavPriorFactor, JacobianIsCorrect) {
+  RandomStream random(2, "nav prior");
+  const PoseManifold manifold;
+  const auto draw = [&](Eigen::Index n, double scale) {
+    Eigen::VectorXd v(n);
+    for (double& x : v) x = scale * random.Normal();
+    return v;
+  };
+  for (const double noise : {0.0, 1e-3, 1.0}) {
+    const NavState prior = BoxPlus(NavState(), Vector15d(draw(15, 1.0)));
+    Matrix15d W;
+    for (double& x : W.reshaped()) x = random.Normal();
+    FactorBlock pose{Eigen::VectorXd(kPoseBlockSize), &manifold};
+    StorePose(prior.T_world_body * ExpSe3(draw(6, noise)), pose.value.data());
+    EXPECT_TRUE(JacobiansAreCorrect(NavPriorFactor(prior, W),
+                                    {pose, {draw(3, 1.0), nullptr}, {draw(6, 1.0), nullptr}}));
+  }
+}
+
+TEST(NavPriorFactor, CountsErrorsInTheOrderOfItsDocumentation) {
+  NavState prior;
+  prior.T_world_body = Pose3(ExpSo3({0.3, -0.2, 1.0}), {1.0, 2.0, 3.0});
+  Vector15d error;
+  for (int i = 0; i < 15; ++i) error(i) = 0.01 * (i + 1);
+  Eigen::VectorXd pose(kPoseBlockSize), residual;
+  StorePose(prior.T_world_body * ExpSe3(error.head<6>()), pose.data());
+  const std::vector<FactorBlock> blocks = {
+      {pose, nullptr}, {error.segment<3>(6), nullptr}, {error.tail<6>(), nullptr}};
+  ASSERT_TRUE(internal::EvaluateFactor(NavPriorFactor(prior, Matrix15d::Identity()), blocks,
+                                       &residual, nullptr));
+  EXPECT_LT((residual - error).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace mlvi

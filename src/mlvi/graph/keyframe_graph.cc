@@ -5,6 +5,7 @@
 #include <ceres/loss_function.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "mlvi/factors/between_factor.h"
@@ -12,6 +13,7 @@
 #include "mlvi/factors/map_step_factor.h"
 #include "mlvi/factors/pose_block.h"
 #include "mlvi/factors/prior_factor.h"
+#include "mlvi/state/frame_change.h"
 
 namespace mlvi {
 namespace {
@@ -20,6 +22,10 @@ using nav_index::kAccelerometerBias;
 using nav_index::kPosition;
 using nav_index::kRotation;
 using nav_index::kVelocity;
+
+// An update leaves what exceeds a threshold of linearisation by less than the smoother's urgency to
+// the next one; as each such step shrinks the rest, a handful of them settles what can settle.
+constexpr int kSettlingSteps = 20;
 
 // A square root S of a positive semi-definite matrix, S^T S = matrix.
 template <int N>
@@ -36,6 +42,24 @@ Eigen::Matrix<double, N, N> SqrtInformationOf(const Eigen::Matrix<double, N, N>&
 
 // A covariance of the pose chart that has an inverse.
 Matrix6d Finite(const Matrix6d& covariance) { return covariance + 1e-8 * Matrix6d::Identity(); }
+
+// Information of a motion over a gap (pose chart). Nobody walks farther than some hundred metres
+// unseen; kilometres beside what registrations and IMU tell of the next steps would drown in
+// round-off, and the smoother would call all that follows undetermined.
+Matrix6d GapInformation(const Matrix6d& covariance) {
+  constexpr double kWidest = 500.0;  // m, one sigma
+  Matrix6d information = Finite(covariance).inverse();
+  information.diagonal().head<3>().array() += 1.0 / (kWidest * kWidest);
+  return information;
+}
+
+// Whether `a` and `b` are worth a keyframe each.
+bool AreApart(const NavState& a, const NavState& b, const GraphConfig& config) {
+  const Vector6d step = BoxMinus(b.T_world_body, a.T_world_body);
+  return step.head<3>().norm() >= config.keyframe_distance ||
+         step.tail<3>().norm() >= config.keyframe_angle ||
+         (b.stamp - a.stamp).seconds() >= config.keyframe_interval;
+}
 
 Eigen::Matrix<double, 6, 1> BiasVector(const ImuBias& bias) {
   return (Eigen::Matrix<double, 6, 1>() << bias.accelerometer, bias.gyroscope).finished();
@@ -73,78 +97,123 @@ KeyframeGraph::KeyframeGraph(const GraphConfig& config, const Rig& rig)
       smoother_({.relinearize_threshold = config.relinearize_threshold}) {}
 
 bool KeyframeGraph::WantsKeyframe(const NavState& state) const {
-  if (!newest_) return true;
-  const Vector6d step = BoxMinus(state.T_world_body, newest_->state.T_world_body);
-  return step.head<3>().norm() >= config_.keyframe_distance ||
-         step.tail<3>().norm() >= config_.keyframe_angle ||
-         (state.stamp - newest_->state.stamp).seconds() >= config_.keyframe_interval;
+  return !newest_ || AreApart(newest_->state, state, config_);
+}
+
+// Of the states of a start those that become keyframes, ascending: the last, and each one far
+// enough from the next.
+std::vector<std::size_t> KeyframeGraph::KeyframesOf(std::span<const OdometryEstimate> start) const {
+  std::vector<std::size_t> chosen = {start.size() - 1};
+  for (std::size_t i = start.size() - 1; i-- > 0;) {
+    if (AreApart(start[i].state, start[chosen.back()].state, config_)) chosen.push_back(i);
+  }
+  std::ranges::reverse(chosen);
+  return chosen;
+}
+
+KeyframeGraph::Variables KeyframeGraph::AddStart(
+    std::span<const OdometryEstimate> start,
+    std::span<const std::shared_ptr<const PointCloud>> points) {
+  MLVI_CHECK(!start.empty() && start.size() == points.size(), "a start of {} states, {} clouds",
+             start.size(), points.size());
+  const Pose3 T_guess_odometry = FrameOfGuess();
+  std::vector<std::size_t> chosen = KeyframesOf(start);
+  chosen.pop_back();
+  std::vector<VariableId> earlier;
+  for (const std::size_t i : chosen) {
+    earlier.push_back(AddPose(T_guess_odometry * start[i].state.T_world_body));
+    AddKeyframe(start[i], {.pose = earlier.back(), .velocity = {}, .bias = {}, .map = {}},
+                points[i]);
+  }
+  const OdometryEstimate& last = start.back();
+  const Variables at_last = AddVariables(InFrame(T_guess_odometry, last.state));
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const OdometryEstimate& estimate = start[chosen[k]];
+    MLVI_CHECK(estimate.map.has_value(), "the state of a start at {} without map tie",
+               ToString(estimate.state.stamp));
+    const Pose3 T_last_k = last.state.T_world_body.inverse() * estimate.state.T_world_body;
+    const Matrix6d W = SqrtInformationOf<6>(Finite(estimate.map->covariance));
+    smoother_.AddFactor(std::make_shared<BetweenFactor>(T_last_k, W), nullptr,
+                        {at_last.pose, earlier[k]});
+  }
+  AddKeyframe(last, at_last, points.back());
+  return at_last;
+}
+
+Expected<GraphUpdate> KeyframeGraph::Begin(
+    std::span<const OdometryEstimate> start,
+    std::span<const std::shared_ptr<const PointCloud>> points) {
+  MLVI_CHECK(!newest_, "a graph of {} keyframes cannot begin", keyframes_.size());
+  AddPrior(start.back(), AddStart(start, points));
+  return Commit(0, start.back());
 }
 
 Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate,
                                          std::shared_ptr<const PointCloud> points,
                                          std::span<const ImuSample> imu,
                                          const std::optional<MotionPrior>& visual) {
-  const NavState guess = newest_ ? Guess(estimate) : estimate.state;
+  MLVI_CHECK(newest_.has_value(), "an estimate at {} without a keyframe before it",
+             ToString(estimate.state.stamp));
+  const std::size_t before = keyframes_.size();
+  const NavState guess = InFrame(FrameOfGuess(), estimate.state);
   Variables added = AddVariables(guess);
-  if (newest_) {
-    AddImuFactor(variables_.back(), added, imu, newest_->state.bias);
-    AddMap(estimate, guess, added);
-    if (visual) AddVisualOdometryFactor(*visual, added);
-  } else {
-    AddPrior(estimate, added);
-  }
-  return Commit(estimate, guess, added, std::move(points));
+  AddImuFactor(variables_.back(), added, imu, newest_->state.bias);
+  AddMap(estimate, guess, added);
+  if (visual) AddVisualOdometryFactor(*visual, added);
+  AddKeyframe(estimate, added, std::move(points));
+  return Commit(before, estimate);
 }
 
-Expected<GraphUpdate> KeyframeGraph::AddAfterGap(const OdometryEstimate& estimate,
-                                                 std::shared_ptr<const PointCloud> points,
-                                                 const Matrix6d& gap) {
-  MLVI_CHECK(newest_.has_value(), "a gap at {} without a keyframe before it",
-             ToString(estimate.state.stamp));
-  const NavState guess = Guess(estimate);
-  const Variables added = AddVariables(guess);
-  const Pose3 T_from_to = newest_->state.T_world_body.inverse() * estimate.state.T_world_body;
-  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(Finite(gap))),
-                      nullptr, {variables_.back().pose, added.pose});
-  AddTiltPrior(estimate, added);
+Expected<GraphUpdate> KeyframeGraph::BeginAfterGap(
+    std::span<const OdometryEstimate> start,
+    std::span<const std::shared_ptr<const PointCloud>> points, const Matrix6d& gap) {
+  MLVI_CHECK(newest_.has_value(), "a gap without a keyframe before it");
+  const std::size_t before = keyframes_.size();
+  const Variables from = variables_.back();
+  const Variables added = AddStart(start, points);
+  const OdometryEstimate& last = start.back();
+  const Pose3 T_from_to = newest_->state.T_world_body.inverse() * last.state.T_world_body;
+  smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SquareRoot(GapInformation(gap))),
+                      nullptr, {from.pose, added.pose});
+  AddTiltPrior(last, added);
   // Three times the speed: less would tell the heading, against which the speed is measured.
+  const NavState guess = InFrame(FrameOfGuess(), last.state);
   const Eigen::Matrix3d any_heading =
       9.0 * guess.v_world_body.squaredNorm() * Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d velocity_covariance =
-      estimate.covariance.block<3, 3>(kVelocity, kVelocity) + any_heading;
+      last.covariance.block<3, 3>(kVelocity, kVelocity) + any_heading;
   smoother_.AddFactor(std::make_shared<VectorPriorFactor>(
                           guess.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
                       nullptr, {added.velocity});
-  AddBiasPrior(estimate, added);
-  return Commit(estimate, guess, added, std::move(points));
+  AddBiasPrior(last, added);
+  return Commit(before, last);
 }
 
-NavState KeyframeGraph::Guess(const OdometryEstimate& estimate) const {
-  const NavState smoothed = Estimate(keyframes_.back().id);
-  const Pose3 T_smoothed_odometry = smoothed.T_world_body * newest_->state.T_world_body.inverse();
-  NavState guess = estimate.state;
-  guess.T_world_body = T_smoothed_odometry * estimate.state.T_world_body;
-  guess.v_world_body = T_smoothed_odometry.rotation() * estimate.state.v_world_body;
-  return guess;
+Pose3 KeyframeGraph::FrameOfGuess() const {
+  if (!newest_) return Pose3();
+  return update_->newest.T_world_body * newest_->state.T_world_body.inverse();
 }
 
-Expected<GraphUpdate> KeyframeGraph::Commit(const OdometryEstimate& estimate, const NavState& guess,
-                                            const Variables& added,
-                                            std::shared_ptr<const PointCloud> points) {
+void KeyframeGraph::AddKeyframe(const OdometryEstimate& estimate, const Variables& variables,
+                                std::shared_ptr<const PointCloud> points) {
   const KeyframeId id(static_cast<std::int64_t>(keyframes_.size()));
   keyframes_.push_back({.id = id, .state = estimate.state, .points = std::move(points)});
-  variables_.push_back(added);
+  variables_.push_back(variables);
+}
+
+Expected<GraphUpdate> KeyframeGraph::Commit(std::size_t before, const OdometryEstimate& newest) {
+  const NavState guess = InFrame(FrameOfGuess(), newest.state);
   Expected<GraphUpdate> update = Solve();
   if (!update) {
     smoother_.DiscardPending();
-    keyframes_.pop_back();
-    variables_.pop_back();
+    keyframes_.resize(before);
+    variables_.resize(before);
     return update;
   }
-  newest_ = estimate;
-  update->largest_position_change =
+  newest_ = newest;
+  update_->largest_position_change =
       (update->newest.T_world_body.translation() - guess.T_world_body.translation()).norm();
-  return update;
+  return *update_;
 }
 
 Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, const Pose3& T_from_to,
@@ -157,16 +226,27 @@ Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, con
   smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SqrtInformationOf<6>(covariance)),
                       std::make_shared<ceres::CauchyLoss>(config_.loop_loss_scale),
                       {variables(from).pose, variables(to).pose});
-  const NavState before = Estimate(keyframes_.back().id);
-  Expected<GraphUpdate> update = Solve();
-  if (!update) {
+  const Pose3 before = update_->newest.T_world_body;
+  if (const Expected<GraphUpdate> update = Solve(); !update) {
     smoother_.DiscardPending();
     return update;
   }
   ++loops_;
-  update->largest_position_change =
-      (update->newest.T_world_body.translation() - before.T_world_body.translation()).norm();
-  return update;
+  (void)Settle();  // where it fails, the loop stands as solved, and converged() tells
+  update_->largest_position_change =
+      (update_->newest.T_world_body.translation() - before.translation()).norm();
+  return *update_;
+}
+
+Expected<GraphUpdate> KeyframeGraph::Settle() {
+  MLVI_CHECK(update_.has_value(), "nothing to settle before the first keyframe");
+  IncrementalSmootherSummary solver = update_->solver;
+  for (int step = 0; step < kSettlingSteps && solver.stale_variables > 0; ++step) {
+    const Expected<IncrementalSmootherSummary> solved = smoother_.Update();
+    if (!solved) return tl::unexpected(solved.error());
+    solver = *solved;
+  }
+  return Updated(solver);
 }
 
 NavState KeyframeGraph::Estimate(KeyframeId id) const {
@@ -175,8 +255,12 @@ NavState KeyframeGraph::Estimate(KeyframeId id) const {
   const auto index = static_cast<std::size_t>(id.value());
   const Variables& variables = variables_[index];
   NavState state;
-  state.stamp = keyframes_[index].state.stamp;
-  state.T_world_body = LoadPose(smoother_.Estimate(variables.pose).data());
+  const NavState& odometry = keyframes_[index].state;
+  const Pose3 T_world_body = LoadPose(smoother_.Estimate(variables.pose).data());
+  if (!variables.velocity.valid())
+    return InFrame(T_world_body * odometry.T_world_body.inverse(), odometry);
+  state.stamp = odometry.stamp;
+  state.T_world_body = T_world_body;
   state.v_world_body =
       Eigen::Map<const Eigen::Vector3d>(smoother_.Estimate(variables.velocity).data());
   const auto bias = smoother_.Estimate(variables.bias);
@@ -201,18 +285,18 @@ VariableId KeyframeGraph::AddPose(const Pose3& pose) {
 }
 
 void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& at) {
-  // Cross-correlations of the start are let go: the IMU factors restore what matters of them.
-  const Eigen::Matrix3d velocity_covariance = estimate.covariance.block<3, 3>(kVelocity, kVelocity);
-  // Position and yaw of the first keyframe define the world: a floor keeps the prior finite.
-  const Matrix6d pose_covariance =
-      Finite(PoseChartCovariance(estimate.state.T_world_body.R(), estimate.covariance));
-  smoother_.AddFactor(std::make_shared<PosePriorFactor>(estimate.state.T_world_body,
-                                                        SqrtInformationOf<6>(pose_covariance)),
-                      nullptr, {at.pose});
-  smoother_.AddFactor(std::make_shared<VectorPriorFactor>(
-                          estimate.state.v_world_body, SqrtInformationOf<3>(velocity_covariance)),
-                      nullptr, {at.velocity});
-  AddBiasPrior(estimate, at);
+  // In the order of the factor: pose chart (position in the body frame), velocity, biases.
+  Matrix15d J = Matrix15d::Zero();
+  J.block<3, 3>(0, kPosition) = estimate.state.T_world_body.R().transpose();
+  J.block<3, 3>(3, kRotation).setIdentity();
+  J.block<3, 3>(6, kVelocity).setIdentity();
+  J.block<6, 6>(9, kAccelerometerBias).setIdentity();
+  Matrix15d covariance = J * estimate.covariance * J.transpose();
+  // Position and yaw of the first body define the world: a floor keeps the prior finite.
+  covariance.topLeftCorner<6, 6>() = Finite(covariance.topLeftCorner<6, 6>());
+  smoother_.AddFactor(
+      std::make_shared<NavPriorFactor>(estimate.state, SqrtInformationOf<15>(covariance)), nullptr,
+      {at.pose, at.velocity, at.bias});
 }
 
 void KeyframeGraph::AddBiasPrior(const OdometryEstimate& estimate, const Variables& at) {
@@ -253,7 +337,9 @@ void KeyframeGraph::AddMap(const OdometryEstimate& to, const NavState& guess, Va
 }
 
 // Of the map's points the share s was seen from around the newest keyframe, X; the others lie as
-// the map did there, M: a mixture of mean M + s (X - M) and covariance s (1 - s) Cov(X - M).
+// the map did there, M: a mixture of mean M + s (X - M) and covariance s (1 - s) Cov(X - M). The
+// map of a start is named after its last state: there is no M to hang on, and all of Cov(X - M)
+// counts.
 void KeyframeGraph::AddMapStep(const OdometryEstimate& to, VariableId map) {
   const Variables& from = variables_.back();
   const Pose3 T_from_to = newest_->state.T_world_body.inverse() * to.state.T_world_body;
@@ -261,10 +347,11 @@ void KeyframeGraph::AddMapStep(const OdometryEstimate& to, VariableId map) {
   Vector6d bending;
   bending << Eigen::Vector3d::Constant(config_.map_position_sigma),
       Eigen::Vector3d::Constant(config_.map_rotation_sigma);
-  Matrix6d covariance = kept * (1.0 - kept) * newest_->map->covariance;
+  const bool begins = from.map == from.pose;
+  Matrix6d covariance = (begins ? 1.0 : kept * (1.0 - kept)) * newest_->map->covariance;
   covariance.diagonal() += bending.cwiseAbs2();
   const Matrix6d W = SqrtInformationOf<6>(covariance);
-  if (from.map == from.pose) {  // the map's beginning: all of it is X
+  if (begins) {
     const Matrix6d W_to = W * AdjointSe3(T_from_to);
     smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, W_to), nullptr,
                         {from.pose, map});
@@ -288,11 +375,16 @@ void KeyframeGraph::AddVisualOdometryFactor(const MotionPrior& motion,
 Expected<GraphUpdate> KeyframeGraph::Solve() {
   const Expected<IncrementalSmootherSummary> solved = smoother_.Update();
   if (!solved) return tl::unexpected(solved.error());
+  return Updated(*solved);
+}
+
+GraphUpdate KeyframeGraph::Updated(const IncrementalSmootherSummary& solver) {
   GraphUpdate update;
   update.keyframe = keyframes_.back().id;
   update.newest = Estimate(update.keyframe);
   update.covariance = Covariance(variables_.back());
-  update.solver = *solved;
+  update.solver = solver;
+  update_ = update;
   return update;
 }
 

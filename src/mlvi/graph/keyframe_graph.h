@@ -56,46 +56,71 @@ class KeyframeGraph {
   // Whether `state` is far enough from the newest keyframe (distance, angle or time), or the first.
   bool WantsKeyframe(const NavState& state) const;
 
+  // Begins with the states of a start, ascending in time, and their clouds. They are one estimate
+  // from the same measurements, which must not count twice: the last one takes its covariance as
+  // prior and is where the map begins. Earlier ones that are keyframes by distance, angle or time
+  // hang on it by their poses as the start saw them, as well as their map ties tell (which they
+  // need then). Errors (kEstimation) leave the graph as it was.
+  Expected<GraphUpdate> Begin(std::span<const OdometryEstimate> start,
+                              std::span<const std::shared_ptr<const PointCloud>> points);
+
   // Adds `estimate` as a keyframe with an IMU factor over `imu` (samples from the newest keyframe
   // to this one, as SamplesBetween gives them), the map of its odometry and the registration there,
   // if it keeps one, and a robust factor of the `visual` motion since the newest keyframe, if there
-  // is one. The first keyframe takes a prior from the estimate's covariance instead and is where
-  // the map begins. Errors (kEstimation) leave the graph as it was.
+  // is one. Needs a keyframe; errors as those of Begin.
   Expected<GraphUpdate> Add(const OdometryEstimate& estimate,
                             std::shared_ptr<const PointCloud> points,
                             std::span<const ImuSample> imu,
                             const std::optional<MotionPrior>& visual = std::nullopt);
 
-  // The same after a loss: a new map and no IMU factor over the gap, but what is known of the
-  // motion from the newest keyframe by its `gap` covariance (pose chart of `estimate`, may be very
-  // large), and what a new start knows by itself: roll, pitch and biases; of its speed only the
-  // order of magnitude, for the heading may be corrected by any angle later. Needs a keyframe.
-  Expected<GraphUpdate> AddAfterGap(const OdometryEstimate& estimate,
-                                    std::shared_ptr<const PointCloud> points, const Matrix6d& gap);
+  // Begin after a loss: a new map and no IMU factor over the gap, but what is known of the motion
+  // from the newest keyframe to the last state of the `start` by its `gap` covariance (pose chart
+  // of that state, may be very large), and what a new start knows by itself: roll, pitch and
+  // biases; of its speed only the order of magnitude, for the heading may be corrected by any angle
+  // later. Needs a keyframe.
+  Expected<GraphUpdate> BeginAfterGap(std::span<const OdometryEstimate> start,
+                                      std::span<const std::shared_ptr<const PointCloud>> points,
+                                      const Matrix6d& gap);
 
   // Adds a verified loop closure: T_from_to measured with `covariance` in the pose chart; robust.
+  // Settles.
   Expected<GraphUpdate> AddLoop(KeyframeId from, KeyframeId to, const Pose3& T_from_to,
                                 const Matrix6d& covariance);
 
-  // The smoothed state of a keyframe.
+  // Solves on until nothing is left to be linearised anew, in a bounded number of steps
+  // (converged()): each addition leaves small changes to the next one. Needs a keyframe.
+  Expected<GraphUpdate> Settle();
+  // Whether the last solution left nothing to be linearised anew.
+  bool converged() const { return !update_ || update_->solver.stale_variables == 0; }
+
+  // The smoothed state of a keyframe. Velocity and biases of those before the last state of a start
+  // are the odometry's.
   NavState Estimate(KeyframeId id) const;
-  // As added: ids count from 0.
+  // As added, ascending in time: ids count from 0.
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
+  // What the last successful call said of the newest keyframe.
+  const std::optional<GraphUpdate>& newest() const { return update_; }
   int loops() const { return loops_; }
 
  private:
   struct Variables {
+    // Of a keyframe before the last state of a start, the pose alone.
     VariableId pose, velocity, bias;
     // The pose by the odometry's map; that of the keyframe itself where the map begins.
     VariableId map;
   };
 
-  // `estimate` moved from the odometry's frame to where its step from the newest keyframe leads in
-  // the graph.
-  NavState Guess(const OdometryEstimate& estimate) const;
-  // Solves with a new keyframe, or takes it back.
-  Expected<GraphUpdate> Commit(const OdometryEstimate& estimate, const NavState& guess,
-                               const Variables& added, std::shared_ptr<const PointCloud> points);
+  // The odometry's frame moved to where its step from the newest keyframe leads in the graph.
+  Pose3 FrameOfGuess() const;
+  std::vector<std::size_t> KeyframesOf(std::span<const OdometryEstimate> start) const;
+  // Returns the variables of the last state; what ties them to the rest is left to the caller.
+  Variables AddStart(std::span<const OdometryEstimate> start,
+                     std::span<const std::shared_ptr<const PointCloud>> points);
+  void AddKeyframe(const OdometryEstimate& estimate, const Variables& variables,
+                   std::shared_ptr<const PointCloud> points);
+  // Solves with the keyframes since the first `before`, whose last one is `newest`, or takes them
+  // back.
+  Expected<GraphUpdate> Commit(std::size_t before, const OdometryEstimate& newest);
   Variables AddVariables(const NavState& state);
   VariableId AddPose(const Pose3& pose);
   // The map of `to` behind that of the newest keyframe, and the registration of `to` in it.
@@ -108,6 +133,7 @@ class KeyframeGraph {
                     const ImuBias& bias);
   void AddVisualOdometryFactor(const MotionPrior& motion, const Variables& to_variables);
   Expected<GraphUpdate> Solve();
+  GraphUpdate Updated(const IncrementalSmootherSummary& solver);
   Matrix15d Covariance(const Variables& variables) const;
 
   GraphConfig config_;
@@ -117,6 +143,7 @@ class KeyframeGraph {
   std::vector<Keyframe> keyframes_;
   std::vector<Variables> variables_;
   std::optional<OdometryEstimate> newest_;  // the odometry of the newest keyframe
+  std::optional<GraphUpdate> update_;
   int loops_ = 0;
 };
 

@@ -68,9 +68,21 @@ OdometryEstimate EstimateOf(const NavState& state) {
   return estimate;
 }
 
+// A start of a single state.
+Expected<GraphUpdate> BeginWith(KeyframeGraph& graph, const OdometryEstimate& estimate) {
+  const std::shared_ptr<const PointCloud> no_cloud;
+  return graph.Begin({&estimate, 1}, {&no_cloud, 1});
+}
+
+Expected<GraphUpdate> BeginAfterGapWith(KeyframeGraph& graph, const OdometryEstimate& estimate,
+                                        const Matrix6d& gap) {
+  const std::shared_ptr<const PointCloud> no_cloud;
+  return graph.BeginAfterGap({&estimate, 1}, {&no_cloud, 1}, gap);
+}
+
 GraphUpdate AddAt(KeyframeGraph& graph, double t, const OdometryEstimate& estimate) {
   const Expected<GraphUpdate> update =
-      graph.Add(estimate, nullptr, t > 0.0 ? CircleImu(t - kStep, t) : std::vector<ImuSample>());
+      t > 0.0 ? graph.Add(estimate, nullptr, CircleImu(t - kStep, t)) : BeginWith(graph, estimate);
   EXPECT_TRUE(update.has_value()) << update.error().message;
   return *update;
 }
@@ -234,8 +246,8 @@ double MeanNees(bool map_grows_old, int runs) {
     for (double t = 0.0; t <= 12.0; t += kStep) {
       OdometryEstimate estimate = odometry.At(t);
       if (!map_grows_old) estimate.map->age = 0.0;
-      const auto added = graph.Add(estimate, nullptr,
-                                   t > 0.0 ? odometry.Imu(t - kStep, t) : std::vector<ImuSample>());
+      const auto added = t > 0.0 ? graph.Add(estimate, nullptr, odometry.Imu(t - kStep, t))
+                                 : BeginWith(graph, estimate);
       EXPECT_TRUE(added.has_value());
       if (added) update = *added;
     }
@@ -261,15 +273,13 @@ TEST(KeyframeGraph, AnOdometryWithoutAMapHangsOnItsMotion) {
     OdometryEstimate estimate = EstimateOf(CircleState(t));
     estimate.map.reset();
     const NavState from = CircleState(t - kStep);
-    std::optional<MotionPrior> motion;
-    if (t > 0.0) {
-      motion = MotionPrior{.from = from.stamp,
-                           .to = estimate.state.stamp,
-                           .T_from_to = from.T_world_body.inverse() * estimate.state.T_world_body,
-                           .covariance = 1e-6 * Matrix6d::Identity()};
-    }
-    ASSERT_TRUE(graph.Add(estimate, nullptr,
-                          t > 0.0 ? CircleImu(t - kStep, t) : std::vector<ImuSample>(), motion));
+    const MotionPrior motion{.from = from.stamp,
+                             .to = estimate.state.stamp,
+                             .T_from_to = from.T_world_body.inverse() * estimate.state.T_world_body,
+                             .covariance = 1e-6 * Matrix6d::Identity()};
+    const auto added = t > 0.0 ? graph.Add(estimate, nullptr, CircleImu(t - kStep, t), motion)
+                               : BeginWith(graph, estimate);
+    ASSERT_TRUE(added.has_value());
     const Keyframe& last = graph.keyframes().back();
     EXPECT_LT(BoxMinus(graph.Estimate(last.id), CircleState(t)).head<3>().norm(), 1e-3);
   }
@@ -315,10 +325,10 @@ TEST(KeyframeGraph, ALoopRemovesDriftAndAWrongOneDoesNotBendTheMap) {
 // degrees and some metres, as the gap's covariance admits.
 class GapTest : public ::testing::Test {
  protected:
-  GapTest() {
+  explicit GapTest(double position_sigma = 180.0) {
     for (double t = 0.0; t <= kFirstEnd; t += kStep) AddAt(graph_, t, EstimateOf(CircleState(t)));
     Vector6d sigma;
-    sigma << 180.0, 180.0, 180.0, 0.02, 0.02, 1.8;
+    sigma << Eigen::Vector3d::Constant(position_sigma), 0.02, 0.02, 1.8;
     gap_ = sigma.cwiseAbs2().asDiagonal();
     for (double t = kSecond; t <= kSecond + 8.0; t += kStep) Add(t);
   }
@@ -330,7 +340,7 @@ class GapTest : public ::testing::Test {
       estimate.covariance(8, 8) = gap_(5, 5);  // the heading
       estimate.covariance.topLeftCorner<3, 3>() = gap_.topLeftCorner<3, 3>();
       begin_ = graph_.keyframes().size();
-      const auto update = graph_.AddAfterGap(estimate, nullptr, gap_);
+      const auto update = BeginAfterGapWith(graph_, estimate, gap_);
       ASSERT_TRUE(update.has_value()) << update.error().message;
     } else {
       AddAt(graph_, t, estimate);
@@ -384,6 +394,18 @@ TEST_F(GapTest, CovariancesTellTheGap) {
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix15d>(covariance).eigenvalues().minCoeff(), 0.0);
 }
 
+class VastGapTest : public GapTest {
+ protected:
+  VastGapTest() : GapTest(1e5) {}
+};
+
+// Add has checked that no keyframe behind the gap was left out.
+TEST_F(VastGapTest, IsNoLessDeterminedThanTheWorldIsWide) {
+  EXPECT_EQ(graph_.keyframes().back().state.stamp, Time::FromSeconds(kSecond + 8.0));
+  EXPECT_LT(SecondWalkError(), 2e-3);
+  EXPECT_GT(std::sqrt(graph_.newest()->covariance(0, 0)), 400.0);
+}
+
 TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
   const double t = kSecond + 4.0;
   const auto seen =
@@ -392,8 +414,7 @@ TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
   ASSERT_NE(seen, graph_.keyframes().end());
   const Pose3 T_first_seen = CircleState(0.0).T_world_body.inverse() * CircleState(t).T_world_body;
   ASSERT_TRUE(graph_.AddLoop(KeyframeId(0), seen->id, T_first_seen, 1e-6 * Matrix6d::Identity()));
-  // A robust loop of many sigmas is taken in steps.
-  for (double later = kSecond + 8.5; later < kSecond + 11.0; later += kStep) Add(later);
+  EXPECT_TRUE(graph_.converged());
   EXPECT_LT(SecondWalkError(), 5e-3);
   for (std::size_t i = begin_; i < graph_.keyframes().size(); ++i) {
     const Keyframe& keyframe = graph_.keyframes()[i];
@@ -404,10 +425,97 @@ TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
   }
 }
 
-TEST(KeyframeGraph, AGapNeedsAKeyframeBeforeIt) {
+TEST(KeyframeGraph, OnlyABeginningNeedsNoKeyframeBeforeIt) {
   KeyframeGraph graph({}, TestRig());
-  EXPECT_THROW(graph.AddAfterGap(EstimateOf(CircleState(0.0)), nullptr, Matrix6d::Identity()),
-               ContractViolation);
+  const OdometryEstimate estimate = EstimateOf(CircleState(0.0));
+  EXPECT_THROW(BeginAfterGapWith(graph, estimate, Matrix6d::Identity()), ContractViolation);
+  EXPECT_THROW(graph.Add(estimate, nullptr, {}), ContractViolation);
+  EXPECT_THROW(graph.Settle(), ContractViolation);
+  AddAt(graph, 0.0, estimate);
+  EXPECT_THROW(BeginWith(graph, estimate), ContractViolation);
+}
+
+// A start of five states, half a second apart, whose errors are correlated.
+class StartOfFive : public ::testing::Test {
+ protected:
+  StartOfFive() {
+    RandomStream random(1, "start");
+    Matrix15d root;
+    for (double& x : root.reshaped()) x = random.Normal();
+    const Vector15d sigma = EstimateOf(CircleState(0.0)).covariance.diagonal().cwiseSqrt();
+    const Matrix15d covariance =
+        sigma.asDiagonal() * Matrix15d(root * root.transpose() / 15.0) * sigma.asDiagonal();
+    for (int k = 0; k < 5; ++k) {
+      start_.push_back(EstimateOf(CircleState(k * kStep)));
+      start_.back().covariance = covariance;
+      start_.back().map->covariance *= 100.0;
+    }
+  }
+  Expected<GraphUpdate> Begin(KeyframeGraph& graph, std::size_t from) const {
+    return graph.Begin(std::span(start_).subspan(from), std::span(clouds_).subspan(from));
+  }
+
+  GraphConfig config_{.keyframe_distance = 1.0};  // two steps of 0.8 m
+  std::vector<OdometryEstimate> start_;
+  std::vector<std::shared_ptr<const PointCloud>> clouds_ =
+      std::vector<std::shared_ptr<const PointCloud>>(5, std::make_shared<PointCloud>());
+};
+
+TEST_F(StartOfFive, CountsOnceHoweverManyOfItsStatesAreKeyframes) {
+  KeyframeGraph whole(config_, TestRig()), last(config_, TestRig());
+  const auto update = Begin(whole, 0), alone = Begin(last, 4);
+  ASSERT_TRUE(update.has_value() && alone.has_value());
+  ASSERT_EQ(whole.keyframes().size(), 3U);
+  ASSERT_EQ(last.keyframes().size(), 1U);
+  // What the prior's floor of 0.1 mm and 0.1 mrad adds.
+  const Matrix15d claimed = start_.back().covariance;
+  Matrix15d floor = Matrix15d::Zero();
+  floor.diagonal().head<3>().setConstant(1e-8);
+  floor.diagonal().segment<3>(nav_index::kRotation).setConstant(1e-8);
+  EXPECT_LT((alone->covariance - claimed - floor).norm(), 1e-6 * claimed.norm());
+  EXPECT_LT((update->covariance - alone->covariance).norm(), 1e-9 * claimed.norm());
+  // And the same after the next keyframe: nothing pulls at the start from behind.
+  const OdometryEstimate next = EstimateOf(CircleState(5 * kStep));
+  const auto imu = CircleImu(4 * kStep, 5 * kStep);
+  const auto a = whole.Add(next, nullptr, imu), b = last.Add(next, nullptr, imu);
+  ASSERT_TRUE(a.has_value() && b.has_value());
+  EXPECT_LT((a->covariance - b->covariance).norm(), 1e-9 * claimed.norm());
+}
+
+TEST_F(StartOfFive, KeepsItsStatesInOrderAndWhereTheyWereSeen) {
+  KeyframeGraph graph(config_, TestRig());
+  ASSERT_TRUE(Begin(graph, 0).has_value());
+  for (std::size_t i = 0; i < graph.keyframes().size(); ++i) {
+    const Keyframe& keyframe = graph.keyframes()[i];
+    EXPECT_EQ(keyframe.id.value(), static_cast<std::int64_t>(i));
+    EXPECT_EQ(keyframe.state.stamp, start_[2 * i].state.stamp);
+    EXPECT_NE(keyframe.points, nullptr);
+    EXPECT_LT(BoxMinus(graph.Estimate(keyframe.id), start_[2 * i].state).norm(), 1e-9);
+  }
+}
+
+// A loop to a keyframe of the start moves it as far as its tie to the last state lets it.
+TEST_F(StartOfFive, ALoopSharesItsErrorWithTheTieOfTheStart) {
+  KeyframeGraph graph(config_, TestRig());
+  ASSERT_TRUE(Begin(graph, 0).has_value());
+  const KeyframeId first(0), last(2);
+  const auto height = [&](KeyframeId id) { return graph.Estimate(id).T_world_body.translation(); };
+  const Pose3 seen = start_[4].state.T_world_body.inverse() * start_[0].state.T_world_body;
+  // As uncertain as the tie: half of the way remains.
+  const Pose3 raised = Pose3::FromTranslation({0.0, 0.0, 4e-4}) * seen;
+  ASSERT_TRUE(graph.AddLoop(last, first, raised, start_[0].map->covariance));
+  EXPECT_TRUE(graph.converged());
+  EXPECT_NEAR((height(first) - height(last)).z(), 2e-4, 0.01e-4);
+}
+
+TEST_F(StartOfFive, AStartThatCannotBeSolvedLeavesNoKeyframe) {
+  KeyframeGraph graph(config_, TestRig());
+  start_.back().state.v_world_body.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(Begin(graph, 0).has_value());
+  EXPECT_TRUE(graph.keyframes().empty());
+  start_.back().state = CircleState(4 * kStep);
+  EXPECT_TRUE(Begin(graph, 0).has_value());
+  EXPECT_EQ(graph.keyframes().size(), 3U);
 }
 
 TEST(KeyframeGraph, ABadEstimateIsAnErrorAndLeavesTheGraphUsable) {

@@ -22,7 +22,10 @@ struct Initialization {
   // the azimuth of the first body's x axis (of its y axis less 90 degrees, if x stands within 26
   // degrees of upright).
   std::vector<NavState> states;
-  Matrix15d covariance;       // of the last state
+  Matrix15d covariance;  // of the last state
+  // Of the moving start: for every state k, of its pose as seen from the last one, T_last_k (pose
+  // chart; zero for the last). Else empty.
+  std::vector<Matrix6d> relative;
   std::string method;         // "static" or "moving", for the report
   double rms_residual = 0.0;  // whitened (root of the reduced chi square), of the moving start
 };

@@ -161,8 +161,12 @@ Expected<Initialization> InitializeFromPoses(std::span<const TimedPose> poses,
                      last.gyroscope.norm(), gravity);
   }
   // Registrations tend to claim too much: a residual above what they promise widens the covariance.
+  const double widened = std::max(1.0, reduced_chi_square);
+  std::vector<Matrix6d> relative = refined.relative;
+  for (Matrix6d& covariance : relative) covariance *= widened;
   return Initialization{.states = refined.states,
-                        .covariance = std::max(1.0, reduced_chi_square) * refined.covariance,
+                        .covariance = widened * refined.covariance,
+                        .relative = std::move(relative),
                         .method = "moving",
                         .rms_residual = rms};
 }

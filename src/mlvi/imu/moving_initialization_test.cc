@@ -90,6 +90,8 @@ TEST(MovingInitializationTest, RecoversTheStateExactlyWithoutNoise) {
   const auto start = InitializeFromPoses(scenario.poses, scenario.samples, imu, kGravity);
   ASSERT_TRUE(start.has_value()) << start.error().message;
   ASSERT_EQ(start->states.size(), scenario.poses.size());
+  ASSERT_EQ(start->relative.size(), scenario.poses.size());
+  EXPECT_EQ(start->relative.back().norm(), 0.0);
   for (std::size_t k = 0; k < start->states.size(); ++k) {
     scenario.truth[k].bias = ImuBias();
     const Vector15d error = BoxMinus(start->states[k], scenario.truth[k]);
@@ -103,6 +105,7 @@ TEST(MovingInitializationTest, RecoversTheStateExactlyWithoutNoise) {
 // What many starts of the walk came to; each from six poses over 2.5 s.
 struct MonteCarlo {
   double nees = 0.0, chi_square = 0.0;              // means
+  double relative_nees = 0.0;                       // of the first pose as seen from the last
   double rms_tilt = 0.0, worst_tilt = 0.0;          // degrees
   double rms_velocity = 0.0, worst_velocity = 0.0;  // m/s
   static constexpr int kTrials = 200, kDegreesOfFreedom = 6 * 6 - 11;
@@ -124,6 +127,12 @@ MonteCarlo StartManyTimes(const ImuSpec& imu, const Noise& noise, double claimed
     const double tilt = TiltError(start->states.back(), scenario.truth.back());
     const double velocity = error.segment<3>(nav_index::kVelocity).norm();
     result.nees += error.dot(start->covariance.llt().solve(error)) / MonteCarlo::kTrials;
+    const auto seen = [](const std::vector<NavState>& states) {
+      return states.back().T_world_body.inverse() * states.front().T_world_body;
+    };
+    const Vector6d relative = BoxMinus(seen(scenario.truth), seen(start->states));
+    result.relative_nees +=
+        relative.dot(start->relative.front().llt().solve(relative)) / MonteCarlo::kTrials;
     result.chi_square += start->rms_residual * start->rms_residual / MonteCarlo::kTrials;
     result.rms_tilt += tilt * tilt / MonteCarlo::kTrials;
     result.rms_velocity += velocity * velocity / MonteCarlo::kTrials;
@@ -144,6 +153,9 @@ void ExpectConsistent(const MonteCarlo& result) {
   // variable and sigma = sqrt(2 / 25) that of the reduced chi square, the mean of 1 / max(1, 1 +
   // sigma z) is about 1 - 0.4 sigma = 0.89.
   EXPECT_GT(result.nees, 0.89 * 15.0 - 4.0 * nees_sigma);
+  const double relative_sigma = std::sqrt(2.0 * 6.0 / MonteCarlo::kTrials);
+  EXPECT_LT(result.relative_nees, 6.0 + 4.0 * relative_sigma);
+  EXPECT_GT(result.relative_nees, 0.89 * 6.0 - 4.0 * relative_sigma);
 }
 
 // An accelerometer of the usual grade and registrations to a centimetre.

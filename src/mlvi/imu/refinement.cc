@@ -48,8 +48,9 @@ struct NormalEquations {
 
 // Block elimination of (H + damping diag H) x = -gradient from the first state to the last.
 struct Elimination {
-  std::vector<Vector15d> step;  // x, by state
-  Matrix15d last_covariance;    // the last block of the inverse
+  std::vector<Vector15d> step;                // x, by state
+  std::vector<Eigen::LLT<Matrix15d>> pivots;  // the inverse of the last is the last state's block
+                                              // of the whole inverse
 };
 
 Elimination Eliminate(const NormalEquations& equations, double damping) {
@@ -67,12 +68,45 @@ Elimination Eliminate(const NormalEquations& equations, double damping) {
     }
     pivots.emplace_back(pivot);
   }
-  Elimination result{std::vector<Vector15d>(n), pivots.back().solve(Matrix15d::Identity())};
+  std::vector<Vector15d> step(n);
   for (std::size_t k = n; k-- > 0;) {
-    if (k + 1 < n) rest[k] -= equations.next[k] * result.step[k + 1];
-    result.step[k] = pivots[k].solve(rest[k]);
+    if (k + 1 < n) rest[k] -= equations.next[k] * step[k + 1];
+    step[k] = pivots[k].solve(rest[k]);
   }
-  return result;
+  return {std::move(step), std::move(pivots)};
+}
+
+// d(pose chart) / d(error state) at an attitude.
+Eigen::Matrix<double, 6, 15> PoseChart(const Eigen::Matrix3d& R_world_body) {
+  Eigen::Matrix<double, 6, 15> J = Eigen::Matrix<double, 6, 15>::Zero();
+  J.block<3, 3>(0, kPosition) = R_world_body.transpose();
+  J.block<3, 3>(3, kRotation).setIdentity();
+  return J;
+}
+
+// Refinement::relative. Given state k + 1, state k has the inverse of its pivot as covariance and
+// moves with it by -pivot^-1 H_k,k+1; so blocks of the inverse follow from the last state down.
+std::vector<Matrix6d> RelativeCovariances(std::span<const NavState> states,
+                                          const NormalEquations& equations,
+                                          const Elimination& elimination) {
+  const Matrix15d last = elimination.pivots.back().solve(Matrix15d::Identity());
+  const Pose3& T_world_last = states.back().T_world_body;
+  std::vector<Matrix6d> relative(states.size(), Matrix6d::Zero());
+  Matrix15d own = last, with_last = last;  // Cov(k, k) and Cov(k, last)
+  for (std::size_t k = states.size() - 1; k-- > 0;) {
+    const Eigen::LLT<Matrix15d>& pivot = elimination.pivots[k];
+    const Matrix15d follows = -pivot.solve(equations.next[k]);
+    own = pivot.solve(Matrix15d::Identity()) + follows * own * follows.transpose();
+    with_last = follows * with_last;
+    const Pose3& T_world_k = states[k].T_world_body;
+    const Eigen::Matrix<double, 6, 15> by_k = PoseChart(T_world_k.R());
+    const Eigen::Matrix<double, 6, 15> by_last =
+        -AdjointSe3(T_world_k.inverse() * T_world_last) * PoseChart(T_world_last.R());
+    const Matrix6d cross = by_k * with_last * by_last.transpose();
+    relative[k] = by_k * own * by_k.transpose() + by_last * last * by_last.transpose() + cross +
+                  cross.transpose();
+  }
+  return relative;
 }
 
 void AddMotion(std::size_t k, std::span<const NavState> states, const PreintegratedImu& motion,
@@ -163,7 +197,9 @@ Refinement RefineStates(std::vector<NavState> states, std::span<const Preintegra
       damping *= 10.0;
     }
   }
-  result.covariance = Eliminate(equations, 0.0).last_covariance;
+  const Elimination elimination = Eliminate(equations, 0.0);
+  result.covariance = elimination.pivots.back().solve(Matrix15d::Identity());
+  result.relative = RelativeCovariances(result.states, equations, elimination);
   result.chi_square = equations.chi_square;
   result.degrees_of_freedom =
       static_cast<int>(21 * motions.size() + 10) - 15 * static_cast<int>(result.states.size());

@@ -22,8 +22,9 @@ struct RelativePose {
 
 struct Refinement {
   std::vector<NavState> states;
-  Matrix15d covariance;     // of the last state
-  double chi_square = 0.0;  // of all residuals, whitened
+  Matrix15d covariance;            // of the last state
+  std::vector<Matrix6d> relative;  // of T_last_k for every state k, pose chart; zero for the last
+  double chi_square = 0.0;         // of all residuals, whitened
   int degrees_of_freedom = 0;
   int iterations = 0;
   bool converged = false;

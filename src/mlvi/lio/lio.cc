@@ -82,6 +82,7 @@ struct Lio::Impl {
   RegistrationResult TimedRegister(const SweepFeatures& features, const StateEstimate& prior);
   void Accept(const StateEstimate& estimate);
   double Insert(const SweepFeatures& features, const Pose3& T_world_body);
+  Matrix6d PoseInMap() const;
   OdometryEstimate Reported(const RegistrationResult& registration, double age) const;
   LioResult Track(const SweepFeatures& features, const RegistrationResult& registration,
                   double silent);
@@ -219,29 +220,31 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
     const auto trajectory =
         samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
     features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
-    result.estimates.push_back(
-        {.state = state,
-         .covariance = first.covariance,
-         .degeneracy = first.degeneracies[i],
-         .map = MapTie{.covariance = StartInformation().inverse(), .age = map_age}});
+    result.estimates.push_back({.state = state,
+                                .covariance = first.covariance,
+                                .degeneracy = first.degeneracies[i],
+                                .map = MapTie{.covariance = first.relative[i], .age = map_age}});
     if (i + 1 < first.sweeps.size()) result.new_share = Insert(features, state.T_world_body);
     AddPoseCovariance(WorldError(state.T_world_body), result.estimates.back().covariance);
     result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
   }
-  if (placement) {
-    const OdometryEstimate& begin = result.estimates.front();
-    Matrix15d unknown = first.covariance;
-    AddPoseCovariance(PlacementError(*placement, begin.state.T_world_body), unknown);
-    result.gap = PoseChartCovariance(begin.state.T_world_body.R(), unknown);
-  }
   // The world is where this pose says, however well it fits the map.
-  const Matrix6d error = WorldError(first.states.back().T_world_body);
+  const Pose3& T_world_last = first.states.back().T_world_body;
+  const Matrix6d error = WorldError(T_world_last);
+  if (placement) {
+    Matrix15d unknown = first.covariance;
+    AddPoseCovariance(PlacementError(*placement, T_world_last), unknown);
+    result.gap = PoseChartCovariance(T_world_last.R(), unknown);
+  }
   const StateEstimate anchored = AnchorToMap(first.states.back(), first.covariance);
   features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
   Accept(InTheirMap(features, anchored, result));
   Insert(features, estimate.mean.nav.T_world_body);
-  result.estimates.back().state = estimate.mean.nav;
   drift = PoseCovariance(estimate.covariance) + error;
+  OdometryEstimate& last = result.estimates.back();
+  last.state = estimate.mean.nav;
+  last.covariance = ReportedCovariance(estimate, drift);
+  last.map->covariance = PoseInMap();
   last_registered = estimate.mean.nav.stamp;
   start.reset();
   placement.reset();
@@ -346,15 +349,18 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   return result;
 }
 
+// Covariance of the estimate in the map (pose chart).
+Matrix6d Lio::Impl::PoseInMap() const {
+  const Matrix15d in_map = estimate.covariance.topLeftCorner<15, 15>();
+  return PoseChartCovariance(estimate.mean.nav.T_world_body.R(), in_map);
+}
+
 // `age` of the map when the sweep was registered.
 OdometryEstimate Lio::Impl::Reported(const RegistrationResult& registration, double age) const {
-  const NavState& nav = estimate.mean.nav;
-  const Matrix15d in_map = estimate.covariance.topLeftCorner<15, 15>();
-  OdometryEstimate reported{
-      .state = nav,
-      .covariance = ReportedCovariance(estimate, drift),
-      .degeneracy = registration.degeneracy,
-      .map = MapTie{.covariance = PoseChartCovariance(nav.T_world_body.R(), in_map), .age = age}};
+  OdometryEstimate reported{.state = estimate.mean.nav,
+                            .covariance = ReportedCovariance(estimate, drift),
+                            .degeneracy = registration.degeneracy,
+                            .map = MapTie{.covariance = PoseInMap(), .age = age}};
   // Such a pose is where the search ended, and no measurement of where the body is.
   if (fits_badly) reported.degeneracy.information.setZero();
   return reported;

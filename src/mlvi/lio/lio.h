@@ -33,7 +33,8 @@ struct LioResult {
   std::string rejection;  // the kind of rejection, to be counted: "empty sweep", "out of order",
                           // ...; else empty
   // Ascending in time; each is valid at the last firing of its sweep, to which the sweep is
-  // deskewed.
+  // deskewed. Those of a start are one estimate from the same measurements: the last one is the
+  // first of the filter, and the map ties of the earlier ones tell their poses as seen from it.
   std::vector<OdometryEstimate> estimates;
   // One per estimate: the deskewed, thinned sweep in the body frame at that instant.
   std::vector<std::shared_ptr<const PointCloud>> clouds;
@@ -46,7 +47,7 @@ struct LioResult {
   // A reset: track was lost, for `reason`, and a new start begins with this sweep.
   bool lost = false;
   // With the estimates of a start after a reset: covariance of the motion from the last estimate
-  // before it to the first of these, in the pose chart of the latter. It may be very large.
+  // before it to the last of these, in the pose chart of the latter. It may be very large.
   std::optional<Matrix6d> gap;
 };
 

@@ -242,6 +242,7 @@ std::optional<StartResult> Start::TryStatic() {
   if (!at_rest || at_rest->states.empty()) return TryMoving();
   StartResult result{.states = {},
                      .covariance = at_rest->covariance,
+                     .relative = {},
                      .sweeps = {},
                      .degeneracies = {},
                      .method = "static",
@@ -254,9 +255,20 @@ std::optional<StartResult> Start::TryStatic() {
     state.stamp = kept.sweep.end();
     state.T_world_body = T_world_start * kept.T_start_body;
     result.states.push_back(state);
+    result.relative.push_back(RegisteredAtRest(kept) + RegisteredAtRest(kept_.back()));
   }
   AddSweeps(T_world_start.R(), result);
   return result;
+}
+
+// Covariance of a registered pose: what the sweep does not tell is bounded by what counts as rest.
+Matrix6d Start::RegisteredAtRest(const Kept& kept) const {
+  Vector6d rest;
+  rest << Eigen::Vector3d::Constant(config_.start.rest_distance),
+      Eigen::Vector3d::Constant(config_.start.rest_angle);
+  Matrix6d information = kept.degeneracy.information;
+  information.diagonal() += rest.cwiseAbs2().cwiseInverse();
+  return information.inverse();
 }
 
 void Start::AddSweeps(const Eigen::Matrix3d& R_world_start, StartResult& result) const {
@@ -317,6 +329,7 @@ std::optional<StartResult> Start::TryMoving() {
   }
   StartResult result{.states = std::move(initialization->states),
                      .covariance = initialization->covariance,
+                     .relative = std::move(initialization->relative),
                      .sweeps = {},
                      .degeneracies = {},
                      .method = initialization->method,

@@ -120,6 +120,29 @@ TEST(Start, TellsWhichDirectionsItsSweepsDidNotSee) {
   }
 }
 
+TEST(Start, TellsItsEarlierPosesAsSeenFromTheLast) {
+  const test::SteadyMotion still{.velocity = {0.02, 0.0, 0.0}, .rate = {0.0, 0.0, 0.02}},
+      walk{.velocity = {1.2, 0.3, 0.0}, .rate = {0.0, 0.0, 0.3}};
+  for (const auto& [motion, method] : {std::pair(still, "static"), std::pair(walk, "moving")}) {
+    const auto result = StartOf(motion, test::MakeTestRig(), test::FurnishedRoom());
+    ASSERT_TRUE(result.has_value());
+    ASSERT_EQ(result->method, method);
+    ASSERT_EQ(result->relative.size(), result->states.size());
+    const auto at = [&](const NavState& state) {
+      return motion.At((state.stamp - kBegin).seconds());
+    };
+    const NavState& last = result->states.back();
+    for (std::size_t k = 0; k + 1 < result->states.size(); ++k) {
+      const NavState& state = result->states[k];
+      const Vector6d error = BoxMinus(last.T_world_body.inverse() * state.T_world_body,
+                                      at(last).inverse() * at(state));
+      const Matrix6d& covariance = result->relative[k];
+      EXPECT_LT(error.dot(covariance.llt().solve(error)), 22.5) << method << k;  // 0.1 % of chi^2_6
+      EXPECT_LT(std::sqrt(covariance.diagonal().maxCoeff()), 0.1);
+    }
+  }
+}
+
 TEST(GyroTrajectory, IsTheSteadyMotionThatItsAnchorLiesOn) {
   const Rig rig = test::MakeTestRig();
   const test::SteadyMotion motion{.velocity = {1.6, -1.0, 0.4}, .rate = {0.5, -1.0, 2.0}};

@@ -54,6 +54,7 @@ void Slam::Finish(const DropCounts& dropped) {
     visual_->AddDropped(dropped);
     visual_->Conclude();
   }
+  SettleGraph();
   supervisor_.AddDropped(sequencer_.dropped());
   supervisor_.AddDropped(dropped);
   supervisor_.Conclude();
@@ -89,10 +90,9 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   supervisor_.Observe(sweep, result, imu);
   if (result.lost) current_.reset();
   if (result.gap) gap_ = result.gap;
-  for (std::size_t i = 0; i < result.estimates.size(); ++i)
-    TakeEstimate(result.estimates[i], result.clouds[i]);
-  if (visual_ && !result.estimates.empty())
-    visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
+  if (result.estimates.empty()) return;
+  TakeEstimates(result.estimates, result.clouds);
+  if (visual_) visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
 }
 
 // With a LiDAR the visual estimate stands beside the LiDAR's, which starts it and gives it depth;
@@ -103,21 +103,31 @@ void Slam::ProcessImages(const ImageSet& set) {
   images_needed_from_ = set.stamp;
   if (lio_ || !result.estimate) return;
   if (result.motion) visual_motion_.Extend(*result.motion);
-  TakeEstimate(*result.estimate, nullptr);
+  const std::shared_ptr<const PointCloud> no_cloud;
+  TakeEstimates({&*result.estimate, 1}, {&no_cloud, 1});
 }
 
-void Slam::TakeEstimate(const OdometryEstimate& estimate,
-                        const std::shared_ptr<const PointCloud>& cloud) {
-  odometry_.push_back({estimate.state.stamp, T_world_odometry_ * estimate.state.T_world_body});
-  if (gap_ || graph_.WantsKeyframe(estimate.state)) AddKeyframe(estimate, cloud);
-  newest_ = InFrame(T_world_odometry_, estimate);
+void Slam::TakeEstimates(std::span<const OdometryEstimate> estimates,
+                         std::span<const std::shared_ptr<const PointCloud>> clouds) {
+  for (const OdometryEstimate& estimate : estimates)
+    odometry_.push_back({estimate.state.stamp, T_world_odometry_ * estimate.state.T_world_body});
+  const std::size_t before = graph_.keyframes().size();
+  if (gap_ || graph_.WantsKeyframe(estimates.back().state)) AddKeyframes(estimates, clouds);
+  newest_ = InFrame(T_world_odometry_, estimates.back());
   PropagateFromNewest();
-  if (graph_.keyframes().empty()) return;
-  const Keyframe& keyframe = graph_.keyframes().back();
+  for (const OdometryEstimate& estimate : estimates) Anchor(estimate, before);
+}
+
+// To the newest keyframe that is not later; before the first keyframe of a start to that one.
+void Slam::Anchor(const OdometryEstimate& estimate, std::size_t first_keyframe) {
+  const std::vector<Keyframe>& keyframes = graph_.keyframes();
+  if (keyframes.empty()) return;
+  std::size_t k = keyframes.size() - 1;
+  while (k > first_keyframe && keyframes[k].state.stamp > estimate.state.stamp) --k;
   anchored_.push_back(
       {.stamp = estimate.state.stamp,
-       .keyframe = keyframe.id,
-       .T_keyframe_body = keyframe.state.T_world_body.inverse() * estimate.state.T_world_body});
+       .keyframe = keyframes[k].id,
+       .T_keyframe_body = keyframes[k].state.T_world_body.inverse() * estimate.state.T_world_body});
 }
 
 void Slam::PropagateFromNewest() {
@@ -129,33 +139,44 @@ void Slam::PropagateFromNewest() {
   }
 }
 
-void Slam::AddKeyframe(const OdometryEstimate& estimate,
-                       const std::shared_ptr<const PointCloud>& cloud) {
+void Slam::AddKeyframes(std::span<const OdometryEstimate> estimates,
+                        std::span<const std::shared_ptr<const PointCloud>> clouds) {
   const StageTimes::Scope scope(*times_, "graph");
-  const Expected<GraphUpdate> update = AddToGraph(estimate, cloud);
+  const NavState& newest = estimates.back().state;
+  const Expected<GraphUpdate> update = AddToGraph(estimates, clouds);
   if (!update) {
-    events_.Raise({.stamp = estimate.state.stamp,
+    events_.Raise({.stamp = newest.stamp,
                    .severity = Severity::kWarning,
                    .source = "graph",
                    .message = "keyframe left out: " + update.error().message});
     return;
   }
   gap_.reset();
-  visual_motion_.Restart(estimate.state.stamp);
-  imu_.TrimBefore(visual_ ? std::min(estimate.state.stamp, images_needed_from_)
-                          : estimate.state.stamp);
+  visual_motion_.Restart(newest.stamp);
+  imu_.TrimBefore(visual_ ? std::min(newest.stamp, images_needed_from_) : newest.stamp);
   if (TakesFeedback()) {
-    T_world_odometry_ = update->newest.T_world_body * estimate.state.T_world_body.inverse();
+    T_world_odometry_ = update->newest.T_world_body * newest.T_world_body.inverse();
   }
 }
 
-Expected<GraphUpdate> Slam::AddToGraph(const OdometryEstimate& estimate,
-                                       const std::shared_ptr<const PointCloud>& cloud) {
-  if (graph_.keyframes().empty()) return graph_.Add(estimate, cloud, {});
-  if (gap_) return graph_.AddAfterGap(estimate, cloud, *gap_);
-  const Time from = graph_.keyframes().back().state.stamp;
-  return graph_.Add(estimate, cloud, imu_.Between(from, estimate.state.stamp),
-                    visual_motion_.To(estimate.state.stamp));
+Expected<GraphUpdate> Slam::AddToGraph(std::span<const OdometryEstimate> estimates,
+                                       std::span<const std::shared_ptr<const PointCloud>> clouds) {
+  if (graph_.keyframes().empty()) return graph_.Begin(estimates, clouds);
+  if (gap_) return graph_.BeginAfterGap(estimates, clouds, *gap_);
+  const Time from = graph_.keyframes().back().state.stamp, to = estimates.back().state.stamp;
+  return graph_.Add(estimates.back(), clouds.back(), imu_.Between(from, to), visual_motion_.To(to));
+}
+
+// After the last keyframe no addition follows that would take up what is left to be linearised.
+void Slam::SettleGraph() {
+  if (graph_.keyframes().empty()) return;
+  const StageTimes::Scope scope(*times_, "graph");
+  const Expected<GraphUpdate> update = graph_.Settle();
+  if (update) return;
+  events_.Raise({.stamp = graph_.keyframes().back().state.stamp,
+                 .severity = Severity::kWarning,
+                 .source = "graph",
+                 .message = "not settled: " + update.error().message});
 }
 
 bool Slam::TakesFeedback() const {

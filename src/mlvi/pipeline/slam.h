@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -94,13 +95,16 @@ class Slam {
   void ProcessImu(const ImuSample& sample);
   void ProcessSweep(const LidarSweep& sweep);
   void ProcessImages(const ImageSet& set);
-  void TakeEstimate(const OdometryEstimate& estimate,
-                    const std::shared_ptr<const PointCloud>& cloud);
-  void AddKeyframe(const OdometryEstimate& estimate,
-                   const std::shared_ptr<const PointCloud>& cloud);
+  // All estimates that one measurement gave: one, or those of a start.
+  void TakeEstimates(std::span<const OdometryEstimate> estimates,
+                     std::span<const std::shared_ptr<const PointCloud>> clouds);
+  void AddKeyframes(std::span<const OdometryEstimate> estimates,
+                    std::span<const std::shared_ptr<const PointCloud>> clouds);
+  void Anchor(const OdometryEstimate& estimate, std::size_t first_keyframe);
   bool TakesFeedback() const;
-  Expected<GraphUpdate> AddToGraph(const OdometryEstimate& estimate,
-                                   const std::shared_ptr<const PointCloud>& cloud);
+  Expected<GraphUpdate> AddToGraph(std::span<const OdometryEstimate> estimates,
+                                   std::span<const std::shared_ptr<const PointCloud>> clouds);
+  void SettleGraph();
   void PropagateFromNewest();
 
   SlamConfig config_;

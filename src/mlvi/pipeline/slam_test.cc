@@ -111,6 +111,33 @@ TEST(Slam, ALossLeavesNoStateUntilTheNewStartAndAGapInTheGraph) {
   EXPECT_LT(BoxMinus(moved, truth(first).inverse() * truth(last)).norm(), 0.03);
 }
 
+TEST(Slam, TheGraphBeginsWithTheLastStateOfAStart) {
+  Slam slam(CorrectingConfig(GraphFeedback::kNever), test::MakeTestRig());
+  const test::SwingMotion motion{.speed = 1.5};
+  int k = 0;  // sweeps; half of one more, as ends are not exact
+  for (; slam.graph().keyframes().empty() && k < 50; ++k)
+    Play(k * kPeriod, (k + 1.5) * kPeriod, motion, slam);
+  const std::size_t of_the_start = slam.graph().keyframes().size();
+  ASSERT_GT(of_the_start, 3U);
+  EXPECT_EQ(slam.graph().keyframes().back().state.stamp, slam.odometry().back().stamp);
+  // The graph takes over what the start says of its last state.
+  const GraphUpdate begin = *slam.graph().newest();
+  EXPECT_LT((begin.covariance - slam.newest()->covariance).norm(),
+            1e-3 * slam.newest()->covariance.norm());
+  Play(k * kPeriod, (k + 10.5) * kPeriod, motion, slam);
+  slam.Finish();
+  EXPECT_TRUE(slam.graph().converged());
+  const Trajectory smoothed = slam.SmoothedTrajectory();
+  ASSERT_EQ(smoothed.size(), slam.odometry().size());
+  for (std::size_t i = 0; i < smoothed.size(); ++i) {
+    EXPECT_EQ(smoothed[i].stamp, slam.odometry()[i].stamp);
+    EXPECT_LT(BoxMinus(smoothed[i].pose, slam.odometry()[i].pose).norm(), 0.05);
+  }
+  for (std::size_t i = 1; i < slam.graph().keyframes().size(); ++i) {
+    EXPECT_LT(slam.graph().keyframes()[i - 1].state.stamp, slam.graph().keyframes()[i].state.stamp);
+  }
+}
+
 TEST(Slam, MemoryIsBoundedWhileNoSweepIsOfUse) {
   Slam slam(SlamConfig{}, test::MakeTestRig());
   LidarSweep empty;
