@@ -8,7 +8,9 @@
 #include <Eigen/Geometry>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <functional>
+#include <numbers>
 
 namespace mlvi {
 namespace {
@@ -120,6 +122,36 @@ TEST_P(Places, AreBuiltQuickly) {
   RecordProperty("triangles", std::to_string(place.world.mesh().triangles.size()));
   EXPECT_LT(elapsed.count(), 5.0);  // well under a second alone on a machine; tests run in parallel
 }
+
+class ClosedPlaces : public ::testing::TestWithParam<NamedPlace> {};
+
+// No ray from the walk leaves a place below ground or behind walls: gaps let in light that falls in
+// specks, and LiDAR pulses out.
+TEST_P(ClosedPlaces, HaveNoGaps) {
+  constexpr int kRays = 3000;
+  const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const Place place = GetParam().make(1);
+  for (double s = 0.0; s < place.path.length(); s += 0.5) {
+    const Eigen::Vector3d from = place.path.At(s).position;
+    for (int i = 0; i < kRays; ++i) {
+      const double z = 1.0 - (2.0 * i + 1.0) / kRays, radius = std::sqrt(1.0 - z * z);
+      const Eigen::Vector3d ray(radius * std::cos(golden_angle * i),
+                                radius * std::sin(golden_angle * i), z);
+      ASSERT_TRUE(place.world.Cast(from, ray, 200.0))
+          << "from " << from.transpose() << " along " << ray.transpose();
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ClosedPlaces,
+                         ::testing::ValuesIn(std::vector<NamedPlace>{
+                             {"mine", &MakeMine},
+                             {"stairwell", &MakeStairwell},
+                             {"room_1", [](std::uint64_t seed) { return MakeRoom(seed, 1); }},
+                             {"basement", &MakeBasement},
+                             {"attic", &MakeAttic},
+                             {"lower_gallery", &MakeLowerGallery}}),
+                         [](const auto& instance) { return instance.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(All, Places, ::testing::ValuesIn(AllPlaces()),
                          [](const auto& instance) { return instance.param.name; });

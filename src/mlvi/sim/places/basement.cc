@@ -29,7 +29,7 @@ void AddRooms(MeshBuilder& builder, const Palette& m, RandomStream& random) {
           {.south = {door(7.0), door(15.0)},
            .east = {FramedPassage(11.3, 12.7, 2.1, m.frame)},
            .north = {door(11.0), door(18.5)},
-           .west = {Passage(11.3, 12.7, 2.1)}});
+           .west = {Passage(11.4, 12.6, 2.1)}});
   AddRoom(
       builder, {-6.0, -3.0, 0.0}, {-0.2, 14.5, kHeight}, Painted(m.brick, m.concrete, m.concrete),
       {.east = {FramedPassage(-0.7, 0.7, 2.1, m.frame), FramedPassage(11.3, 12.7, 2.1, m.frame)}});
@@ -97,7 +97,9 @@ Place MakeBasement(std::uint64_t seed) {
   AddRooms(builder, m, random);
   AddServices(builder, m, random);
   AddPlant(builder, m, random);
-  return {.world = World(std::move(builder).Finish(), Indoors(60.0, Lamps())),
+  Lighting lighting = Indoors(60.0, Lamps());
+  lighting.sun_illuminance = lighting.sky_illuminance = 0.0;  // below ground
+  return {.world = World(std::move(builder).Finish(), std::move(lighting)),
           .path = WalkAt(kHandheldHeight,
                          {{-1.2, 0.0, 0.0},
                           {22.1, 0.0, 0.0},
