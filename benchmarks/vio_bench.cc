@@ -3,9 +3,11 @@
 //
 // Accuracy, consistency and speed of visual-inertial odometry on simulated sequences with exact
 // truth:
-//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache images
-//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache images --cameras cam0 --depth
-// Prints one JSON object per run. Images take long to draw: they are kept in the cache.
+//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache drawn
+//   vio_bench --sequence quad-easy --seconds 40 --rate 15 --cache drawn --cameras cam0 --depth
+//       --noise-seeds 1,2,3
+// Prints one JSON object per seed of noise. Images and sweeps take long to draw: they are kept in
+// the cache, and seeds of noise differ in the IMU's errors and those of the first state only.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -31,7 +33,7 @@ struct Options : BenchSetup {
   std::string cache = "vio_bench_images";
   double rate = 15.0, start_after = 0.0;
   std::uint64_t seed = 1;
-  int noise_seed = 1;
+  std::vector<std::uint64_t> noise_seeds = {1};
   bool exact = false, depth = false, no_start = false, verbose = false;
   std::vector<std::string> cameras;
 };
@@ -74,31 +76,44 @@ class ImageFile {
   std::ifstream in_;
 };
 
+std::string CachePath(const Options& o, const Rig& rig, std::string_view suffix) {
+  return fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.{}", o.cache, o.sequence, rig.name,
+                     o.seed, o.seconds, o.rate, o.rest, o.exact ? "-exact" : "", suffix);
+}
+
+// Writes a file of the cache, unless it is there already, by `write(stream)`. A file that is there
+// is whole.
+template <typename Write>
+void WriteOnce(const std::string& path, const Write& write) {
+  if (std::filesystem::exists(path)) return;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  const std::string unfinished = path + ".unfinished";
+  {
+    std::ofstream out(unfinished, std::ios::binary);
+    write(out);
+  }
+  std::filesystem::rename(unfinished, path);
+}
+
 // Draws the images of all cameras, unless they are there already. Returns the file.
 std::string DrawImages(const Options& o, const Rig& rig) {
-  const std::string path =
-      fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.images", o.cache, o.sequence, rig.name,
-                  o.seed, o.seconds, o.rate, o.rest, o.exact ? "-exact" : "");
-  if (std::filesystem::exists(path)) return path;
-  std::filesystem::create_directories(o.cache);
-  SequenceOptions sequence = MakeSequence(o, rig);
-  sequence.cameras = rig.CameraNames();
-  Recording recording(sequence);
-  const std::string unfinished = path + ".unfinished";
-  std::ofstream out(unfinished, std::ios::binary);
-  int images = 0;
-  while (true) {
-    const auto next = recording.Next();
-    if (!next || !*next) break;
-    const auto* image = std::get_if<Image>(&**next);
-    if (image == nullptr) continue;
-    ImageFile::Write(out, *image);
-    if (++images % 100 == 0) {
-      fmt::print(stderr, "{} images drawn, {:.0f} %\n", images, 100.0 * recording.Progress());
+  std::string path = CachePath(o, rig, "images");
+  WriteOnce(path, [&](std::ostream& out) {
+    SequenceOptions sequence = MakeSequence(o, rig);
+    sequence.cameras = rig.CameraNames();
+    Recording recording(sequence);
+    int images = 0;
+    while (true) {
+      const auto next = recording.Next();
+      if (!next || !*next) break;
+      const auto* image = std::get_if<Image>(&**next);
+      if (image == nullptr) continue;
+      ImageFile::Write(out, *image);
+      if (++images % 100 == 0) {
+        fmt::print(stderr, "{} images drawn, {:.0f} %\n", images, 100.0 * recording.Progress());
+      }
     }
-  }
-  out.close();
-  std::filesystem::rename(unfinished, path);
+  });
   return path;
 }
 
@@ -146,12 +161,67 @@ PointCloud Deskew(const LidarSweep& sweep, const Recording& recording, const Pos
   return points;
 }
 
-OdometryEstimate NoisyTruth(const NavState& truth, int seed) {
+// Deskewed sweeps in one file: records of [stamp, points].
+struct Cloud {
+  Time stamp;
+  PointCloud points;
+};
+
+std::string DrawClouds(const Options& o, const Rig& rig) {
+  std::string path = CachePath(o, rig, "clouds");
+  WriteOnce(path, [&](std::ostream& out) {
+    Recording recording(MakeSequence(o, rig));
+    while (true) {
+      const auto next = recording.Next();
+      if (!next || !*next) break;
+      const auto* sweep = std::get_if<LidarSweep>(&**next);
+      if (sweep == nullptr) continue;
+      const PointCloud points = Deskew(*sweep, recording, recording.rig().lidar->T_body_lidar);
+      const std::int64_t header[2] = {sweep->end().nanoseconds(),
+                                      static_cast<std::int64_t>(points.size())};
+      out.write(reinterpret_cast<const char*>(header), sizeof header);
+      out.write(reinterpret_cast<const char*>(points.data()),
+                static_cast<std::streamsize>(points.size() * sizeof points[0]));
+    }
+  });
+  return path;
+}
+
+class CloudFile {
+ public:
+  explicit CloudFile(const std::string& path) : in_(path, std::ios::binary) {}
+  std::optional<Cloud> Next() {
+    std::int64_t header[2];
+    if (!in_.read(reinterpret_cast<char*>(header), sizeof header)) return std::nullopt;
+    Cloud cloud{.stamp = Time::FromNanoseconds(header[0]),
+                .points = PointCloud(static_cast<std::size_t>(header[1]))};
+    in_.read(reinterpret_cast<char*>(cloud.points.data()),
+             static_cast<std::streamsize>(cloud.points.size() * sizeof cloud.points[0]));
+    return in_ ? std::optional(std::move(cloud)) : std::nullopt;
+  }
+
+ private:
+  std::ifstream in_;
+};
+
+// The IMU of the recording with noise and biases of another seed.
+ImuSimulator MakeImu(const Recording& recording, std::uint64_t seed) {
+  const Rig& rig = recording.options().rig.true_rig;
+  const ImuPhysics physics{.rate_hz = rig.imu.rate_hz,
+                           .noise = recording.options().imu_noise,
+                           .accelerometer_saturation = rig.imu.accelerometer_saturation,
+                           .gyroscope_saturation = rig.imu.gyroscope_saturation,
+                           .gravity = rig.gravity};
+  return ImuSimulator(physics, recording.motion(), recording.begin(), recording.end(),
+                      RandomStream(seed, "imu"));
+}
+
+OdometryEstimate NoisyTruth(const NavState& truth, std::uint64_t seed) {
   Vector15d sigma;
   sigma << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(0.02),
       Eigen::Vector3d::Constant(2e-3), Eigen::Vector3d::Constant(0.03),
       Eigen::Vector3d::Constant(2e-3);
-  RandomStream random(static_cast<std::uint64_t>(seed), "start");
+  RandomStream random(seed, "start");
   Vector15d error;
   for (int i = 0; i < 15; ++i) error[i] = sigma[i] * random.Normal();
   // Heading and position are the world's, not to be estimated.
@@ -177,15 +247,16 @@ double Mean(const std::vector<double>& values) {
 // Begins from the truth at first, and after every failure.
 class Runner {
  public:
-  Runner(const Options& options, const Recording& recording, Vio& vio)
-      : options_(options), recording_(recording), vio_(vio) {}
+  Runner(const Options& options, const Recording& recording, const ImuSimulator& imu,
+         std::uint64_t noise_seed, Vio& vio)
+      : options_(options), recording_(recording), imu_(imu), noise_seed_(noise_seed), vio_(vio) {}
 
   void Process(const ImageSet& set, std::span<const ImuSample> imu) {
     if (set.stamp > recording_.end()) return;
     const bool may_start = !options_.no_start || run.failures > 0;
     if (may_start && !started_ &&
         (set.stamp - recording_.begin()).seconds() >= options_.start_after) {
-      vio_.Start(NoisyTruth(recording_.GroundTruth(set.stamp), options_.noise_seed));
+      vio_.Start(NoisyTruth(Truth(set.stamp), noise_seed_));
       started_ = true;
     }
     const std::clock_t before = std::clock();
@@ -198,6 +269,12 @@ class Runner {
   Run run;
 
  private:
+  NavState Truth(Time stamp) const {
+    NavState truth = recording_.GroundTruth(stamp);
+    truth.bias = imu_.BiasAt(stamp);
+    return truth;
+  }
+
   void Observe(const ImageSet& set, const VioResult& result) {
     if (result.status == VioResult::Status::kFailed) {
       if (started_ || options_.no_start) {
@@ -224,7 +301,7 @@ class Runner {
       if (nees) run.nees.push_back(*nees);
     }
     if (options_.verbose) {
-      const Vector15d error = BoxMinus(recording_.GroundTruth(set.stamp), result.estimate->state);
+      const Vector15d error = BoxMinus(Truth(set.stamp), result.estimate->state);
       fmt::print(
           stderr,
           "{:6.2f} p {:.3f} v {:.3f} R {:.4f} ba {:.3f} bg {:.4f}  sigma p {:.3f} | {} alive "
@@ -242,6 +319,8 @@ class Runner {
 
   const Options& options_;
   const Recording& recording_;
+  const ImuSimulator& imu_;
+  std::uint64_t noise_seed_;
   Vio& vio_;
   bool started_ = false;
   std::clock_t cpu_ = 0;
@@ -269,12 +348,12 @@ nlohmann::ordered_json Accuracy(const Run& run, const Recording& recording) {
           {"end_rotation_deg", last.tail<3>().norm() * 180.0 / M_PI}};
 }
 
-nlohmann::ordered_json ToJson(const Options& o, const Run& run, const Recording& recording,
-                              const StageTimes& times) {
+nlohmann::ordered_json ToJson(const Options& o, std::uint64_t noise_seed, const Run& run,
+                              const Recording& recording, const StageTimes& times) {
   nlohmann::ordered_json j = {{"sequence", o.sequence},
                               {"rig", o.rig},
                               {"seed", o.seed},
-                              {"noise_seed", o.noise_seed},
+                              {"noise_seed", noise_seed},
                               {"rate_hz", o.rate},
                               {"cameras", o.cameras},
                               {"depth", o.depth},
@@ -319,58 +398,44 @@ Rig SelectCameras(const Rig& rig, const std::vector<std::string>& names,
   return selected;
 }
 
-// Samples of the IMU and, where depths are wanted, sweeps, which take long to trace.
-class SampleReader {
- public:
-  SampleReader(Recording& recording, bool sweeps) : recording_(recording), sweeps_(sweeps) {}
-
-  std::optional<Measurement> Next() {
-    if (!sweeps_) {
-      if (next_ == recording_.imu().size()) return std::nullopt;
-      return recording_.imu().Sample(next_++);
+void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
+             const Recording& recording, std::uint64_t noise_seed, SetReader sets,
+             std::optional<CloudFile> clouds) {
+  const ImuSimulator imu = MakeImu(recording, noise_seed);
+  StageTimes times;
+  Vio vio(config, used, times);
+  Runner runner(options, recording, imu, noise_seed, vio);
+  std::optional<ImageSet> set = sets.Next();
+  std::optional<Cloud> cloud = clouds ? clouds->Next() : std::nullopt;
+  std::vector<ImuSample> samples;
+  for (std::size_t i = 0; set && i < imu.size(); ++i) {
+    samples.push_back(imu.Sample(i));
+    for (; cloud && cloud->stamp <= samples.back().stamp; cloud = clouds->Next()) {
+      vio.AddDepthCloud(cloud->points, recording.GroundTruth(cloud->stamp).T_world_body,
+                        cloud->stamp);
     }
-    auto next = recording_.Next();
-    return next ? std::move(*next) : std::nullopt;
+    for (; set && set->stamp <= samples.back().stamp; set = sets.Next()) {
+      runner.Process(*set, samples);
+      samples.erase(samples.begin(), samples.end() - 1);
+    }
   }
+  fmt::print("{}\n", ToJson(options, noise_seed, runner.run, recording, times).dump());
+}
 
- private:
-  Recording& recording_;
-  bool sweeps_;
-  std::size_t next_ = 0;
-};
-
-int RunOnce(const Options& options, const Rig& rig, const VioConfig& config) {
-  const std::string path = DrawImages(options, rig);
-  Recording recording(MakeSequence(options, rig));  // without images
+int RunAll(const Options& options, const Rig& rig, const VioConfig& config) {
+  const std::string images = DrawImages(options, rig);
+  const std::string clouds = options.depth ? DrawClouds(options, rig) : "";
+  const Recording recording(MakeSequence(options, rig));  // without images
   std::vector<int> new_index;
   const Rig used = SelectCameras(recording.rig(), options.cameras, new_index);
   if (used.cameras.empty()) {
     fmt::print(stderr, "none of the cameras {} is in the rig\n", options.cameras);
     return 1;
   }
-  StageTimes times;
-  Vio vio(config, used, times);
-  SetReader sets(path, new_index);
-  Runner runner(options, recording, vio);
-  SampleReader samples(recording, options.depth);
-  std::vector<ImuSample> imu;
-  std::optional<ImageSet> set = sets.Next();
-  while (set) {
-    const std::optional<Measurement> next = samples.Next();
-    if (!next) break;
-    if (const auto* sample = std::get_if<ImuSample>(&*next)) {
-      imu.push_back(*sample);
-      while (set && set->stamp <= sample->stamp) {
-        runner.Process(*set, imu);
-        imu.erase(imu.begin(), imu.end() - 1);
-        set = sets.Next();
-      }
-    } else if (const auto* sweep = std::get_if<LidarSweep>(&*next)) {
-      vio.AddDepthCloud(Deskew(*sweep, recording, used.lidar->T_body_lidar),
-                        recording.GroundTruth(sweep->end()).T_world_body, sweep->end());
-    }
+  for (const std::uint64_t seed : options.noise_seeds) {
+    RunOnce(options, config, used, recording, seed, SetReader(images, new_index),
+            options.depth ? std::optional<CloudFile>(clouds) : std::nullopt);
   }
-  fmt::print("{}\n", ToJson(options, runner.run, recording, times).dump());
   return 0;
 }
 
@@ -382,10 +447,11 @@ int main(int argc, char** argv) {
   options.seconds = 40.0;
   CLI::App app("Visual-inertial odometry on simulated sequences: accuracy, consistency, speed");
   AddSetupOptions(app, options);
-  app.add_option("--cache", options.cache, "Folder for drawn images");
+  app.add_option("--cache", options.cache, "Folder for drawn images and sweeps");
   app.add_option("--rate", options.rate, "Sets of images per second");
   app.add_option("--seed", options.seed, "Of the sequence");
-  app.add_option("--noise-seed", options.noise_seed, "Of the first state's error");
+  app.add_option("--noise-seeds", options.noise_seeds, "Of the IMU and the first state's error")
+      ->delimiter(',');
   app.add_option("--start-after", options.start_after, "Seconds until the start");
   app.add_option("--cameras", options.cameras, "Names; all without")->delimiter(',');
   app.add_flag("--exact", options.exact, "Cameras are where the rig file has them");
@@ -400,5 +466,5 @@ int main(int argc, char** argv) {
     return 1;
   }
   const mlvi::ThreadLimit threads(options.threads);
-  return RunOnce(options, *rig, config);
+  return RunAll(options, *rig, config);
 }

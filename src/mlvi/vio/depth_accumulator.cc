@@ -26,21 +26,22 @@ void DepthAccumulator::Add(Time stamp, std::span<const Eigen::Vector3f> points_w
   }
 }
 
+// The last point takes the place of one that is forgotten, so that no other one moves.
 void DepthAccumulator::ForgetBefore(Time oldest) {
   const auto inverse_size = static_cast<float>(1.0 / config_.voxel_size);
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const std::uint64_t key = VoxelKey::Of(points_[i], inverse_size).bits();
-    if (stamps_[i] < oldest) {
-      index_.erase(key);
+  const auto key = [&](std::size_t i) { return VoxelKey::Of(points_[i], inverse_size).bits(); };
+  for (std::size_t i = 0; i < points_.size();) {
+    if (stamps_[i] >= oldest) {
+      ++i;
       continue;
     }
-    if (kept != i) index_[key] = static_cast<std::uint32_t>(kept);
-    points_[kept] = points_[i];
-    stamps_[kept++] = stamps_[i];
+    index_.erase(key(i));
+    points_[i] = points_.back();
+    stamps_[i] = stamps_.back();
+    points_.pop_back();
+    stamps_.pop_back();
+    if (i < points_.size()) index_[key(i)] = static_cast<std::uint32_t>(i);
   }
-  points_.resize(kept);
-  stamps_.resize(kept);
 }
 
 void DepthAccumulator::Clear() {

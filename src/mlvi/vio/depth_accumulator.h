@@ -24,7 +24,7 @@ class DepthAccumulator {
   void Add(Time stamp, std::span<const Eigen::Vector3f> points_world);
   void Clear();
 
-  // In the order in which their voxels were first met.
+  // In no meaningful order; the same for the same calls.
   const PointCloud& points() const { return points_; }
 
  private:

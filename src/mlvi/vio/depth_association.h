@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Depth of visual features from LiDAR points (Multi-LVI-SAM, "Feature depth association"), with the
-// exact ray of the camera instead of the sphere's, and with a variance, because a depth from three
-// noisy points is a measurement.
+// exact ray of the camera instead of the sphere's, a plane through all points around it instead of
+// three of them, and a variance, because a depth from noisy points is a measurement.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,22 +15,20 @@ namespace mlvi {
 
 enum class DepthStatus : int {
   kFound = 0,
-  kNoPoints = 1,  // fewer than three points near the ray
-  kSpread = 2,    // their depths differ too much: an occlusion edge, or blur of accumulation
-  kGrazing = 3,   // the ray runs along the plane, or misses the points' neighbourhood
+  kNoPoints = 1,  // too few points near the ray, or all on one side of it
+  kSpread = 2,    // points off the plane: an occlusion edge, or blur of accumulation
+  kGrazing = 3,   // the ray runs along the plane
 };
 
 struct FeatureDepth {
   DepthStatus status = DepthStatus::kNoPoints;
   double depth = 0.0;     // m, along the ray from its origin
-  double variance = 0.0;  // m^2: range noise, roughness, bearing noise
+  double variance = 0.0;  // m^2: of the plane, roughness, directions of beams, bearing noise
 };
 
 // Where a feature's ray (pano frame, from the camera centre C_i, unit direction, sigma of the
-// bearing) meets the plane through three points around it. Neighbours are sought around the
-// direction from S to the point found, so that the camera's offset shifts nothing: a few rounds. Of
-// the nearest points those three are taken that do not lie on one line, as neighbours on a ring of
-// the LiDAR do.
+// bearing) meets the plane through the points around it. Neighbours are sought around the direction
+// from S to the point found, so that the camera's offset shifts nothing: a few rounds.
 FeatureDepth AssociateDepth(const SphericalDepthMap& map, const Ray& ray,
                             const DepthConfig& config);
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nanoflann.hpp>
-#include <utility>
 
 #include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
@@ -34,31 +34,54 @@ struct Directions {
 using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Directions>,
                                                    Directions, 3, std::uint32_t>;
 
-struct Candidate {
-  int cell = -1;
-  float depth = 0.0F;
-  std::uint32_t index = 0;
-
-  bool operator<(const Candidate& other) const {
-    return std::tie(cell, depth, index) < std::tie(other.cell, other.depth, other.index);
-  }
+// Where a point lies on the sphere.
+struct Placed {
+  Eigen::Vector3d point;  // pano
+  int cell = -1;          // -1: outside of the range of depths
 };
 
-// The points within the range of depths, by cell, nearest first.
-std::vector<Candidate> SortIntoCells(std::span<const Eigen::Vector3f> points_world,
-                                     const Pose3& T_pano_world, const DepthConfig& config) {
-  const EqualAreaSphere cells = EqualAreaSphere::WithCellAngle(config.cell_angle);
-  std::vector<Candidate> candidates(points_world.size());
+std::vector<Placed> PlaceOnSphere(std::span<const Eigen::Vector3f> points_world,
+                                  const Pose3& T_pano_world, const EqualAreaSphere& cells,
+                                  const DepthConfig& config) {
+  std::vector<Placed> placed(points_world.size());
   const Eigen::Matrix3d R = T_pano_world.R();
   ParallelFor(points_world.size(), kGrain, [&](std::size_t i) {
-    const Eigen::Vector3d p = R * points_world[i].cast<double>() + T_pano_world.translation();
-    const double depth = p.norm();
-    if (!(depth >= config.min_depth && depth <= config.max_depth)) return;
-    candidates[i] = {cells.CellOf(p), static_cast<float>(depth), static_cast<std::uint32_t>(i)};
+    placed[i].point = R * points_world[i].cast<double>() + T_pano_world.translation();
+    const double depth = placed[i].point.norm();
+    if (depth >= config.min_depth && depth <= config.max_depth) {
+      placed[i].cell = cells.CellOf(placed[i].point);
+    }
   });
-  std::erase_if(candidates, [](const Candidate& c) { return c.cell < 0; });
-  std::sort(candidates.begin(), candidates.end());
-  return candidates;
+  return placed;
+}
+
+// Of every occupied cell the mean of what lies at most `config.layer` behind its nearest point, in
+// the order of cells. The nearest alone would be the one with the most negative error.
+std::vector<Eigen::Vector3d> NearestLayers(std::span<const Placed> placed, int cells,
+                                           const DepthConfig& config) {
+  std::vector<float> nearest(static_cast<std::size_t>(cells),
+                             std::numeric_limits<float>::infinity());
+  for (const Placed& p : placed) {
+    if (p.cell < 0) continue;
+    float& depth = nearest[static_cast<std::size_t>(p.cell)];
+    depth = std::min(depth, static_cast<float>(p.point.norm()));
+  }
+  std::vector<int> slots(static_cast<std::size_t>(cells), -1);
+  int occupied = 0;
+  for (std::size_t cell = 0; cell < nearest.size(); ++cell) {
+    if (std::isfinite(nearest[cell])) slots[cell] = occupied++;
+  }
+  std::vector<Eigen::Vector3d> sums(static_cast<std::size_t>(occupied), Eigen::Vector3d::Zero());
+  std::vector<int> counts(static_cast<std::size_t>(occupied), 0);
+  for (const Placed& p : placed) {
+    if (p.cell < 0) continue;
+    const auto cell = static_cast<std::size_t>(p.cell);
+    if (p.point.norm() > static_cast<double>(nearest[cell]) + config.layer) continue;
+    sums[static_cast<std::size_t>(slots[cell])] += p.point;
+    ++counts[static_cast<std::size_t>(slots[cell])];
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] /= counts[i];
+  return sums;
 }
 
 }  // namespace
@@ -72,12 +95,10 @@ struct SphericalDepthMap::Tree {
 SphericalDepthMap::SphericalDepthMap(std::span<const Eigen::Vector3f> points_world,
                                      const Pose3& T_world_pano, const DepthConfig& config)
     : tree_(std::make_unique<Tree>()) {
-  const Pose3 T_pano_world = T_world_pano.inverse();
-  int last_cell = -1;
-  for (const Candidate& candidate : SortIntoCells(points_world, T_pano_world, config)) {
-    if (std::exchange(last_cell, candidate.cell) == candidate.cell) continue;
-    const Eigen::Vector3d p = T_pano_world * points_world[candidate.index].cast<double>();
-    tree_->points.push_back(p);
+  const EqualAreaSphere cells = EqualAreaSphere::WithCellAngle(config.cell_angle);
+  tree_->points = NearestLayers(PlaceOnSphere(points_world, T_world_pano.inverse(), cells, config),
+                                cells.size(), config);
+  for (const Eigen::Vector3d& p : tree_->points) {
     tree_->directions.values.push_back(p.normalized());
   }
   tree_->tree = std::make_unique<KdTree>(3, tree_->directions,

@@ -13,8 +13,8 @@
 
 namespace mlvi {
 
-// LiDAR points on the panoramic sphere at one instant: of every fine cell the nearest one, as what
-// lies behind is hidden, in a k-d tree over unit directions. Two-dimensional in content; three
+// LiDAR points on the panoramic sphere at one instant: of every fine cell the mean of the nearest
+// ones, as what lies behind is hidden, in a k-d tree over unit directions. Two-dimensional in content; three
 // coordinates per direction have no seam.
 class SphericalDepthMap {
  public:

@@ -2,76 +2,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <map>
 #include <numbers>
-#include <set>
 
 #include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
-#include "mlvi/geometry/tangent_basis.h"
+#include "mlvi/geometry/equal_area_sphere.h"
 #include "mlvi/panorama/testing.h"
 #include "mlvi/vio/depth_accumulator.h"
 #include "mlvi/vio/depth_association.h"
 #include "mlvi/vio/depth_picture.h"
+#include "mlvi/vio/depth_testing.h"
 
 namespace mlvi {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-// A room of 8 x 6 x 3 m with a square pillar 2 m in front of the origin (+x); S may be anywhere
-// near the origin.
-double RangeInRoom(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
-  const Eigen::Array3d low(-4.0, -3.0, -1.2), high(4.0, 3.0, 1.8);
-  const Eigen::Array3d inverse = direction.array().inverse();
-  const double wall =
-      ((low - origin.array()) * inverse).max((high - origin.array()) * inverse).minCoeff();
-  const Eigen::Array3d a = (Eigen::Array3d(2.0, -0.3, -1.2) - origin.array()) * inverse;
-  const Eigen::Array3d b = (Eigen::Array3d(2.6, 0.3, 1.8) - origin.array()) * inverse;
-  const double enter = a.min(b).maxCoeff(), leave = a.max(b).minCoeff();
-  return enter > 0.0 && enter < leave ? std::min(enter, wall) : wall;
-}
-
-// Rings of a LiDAR in `pose`: 0.7 degrees apart over +-45 degrees, 0.35 degrees between firings.
-PointCloud Scan(const Pose3& pose, double noise, RandomStream random) {
-  PointCloud cloud;
-  for (int ring = -64; ring <= 64; ++ring) {
-    for (int column = 0; column < 1024; ++column) {
-      const double elevation = ring * 0.7 * kPi / 180.0, azimuth = 2.0 * kPi * column / 1024.0;
-      const Eigen::Vector3d beam =
-          pose.rotation() * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
-                                            std::cos(elevation) * std::sin(azimuth),
-                                            std::sin(elevation));
-      const double range = RangeInRoom(pose.translation(), beam) + noise * random.Normal();
-      cloud.push_back((pose.translation() + range * beam).cast<float>());
-    }
-  }
-  return cloud;
-}
-
-// Directions that are not within a degree of an edge of the room or of the pillar, where depth
-// jumps or bends.
-bool IsOnOneSurface(const Ray& ray) {
-  const double depth = RangeInRoom(ray.origin, ray.direction);
-  const Eigen::Matrix<double, 3, 2> basis = TangentBasis(ray.direction);
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector2d off(std::cos(kPi / 4.0 * i), std::sin(kPi / 4.0 * i));
-    for (const double angle : {0.015, 0.03}) {
-      const Eigen::Vector3d near = (ray.direction + angle * (basis * off)).normalized();
-      const Eigen::Vector3d opposite = (ray.direction - angle * (basis * off)).normalized();
-      // On a plane inverse depths are linear in the direction.
-      const double bend = 0.5 / (RangeInRoom(ray.origin, near)) +
-                          0.5 / (RangeInRoom(ray.origin, opposite)) - std::cos(angle) / depth;
-      if (std::abs(bend) * depth > 2e-3) return false;
-    }
-  }
-  return true;
-}
+using test::IsOnOneSurface;
+using test::RangeInRoom;
+using test::ScanRoom;
 
 class DepthInARoom : public ::testing::Test {
  protected:
   DepthConfig config_ = [] {
     DepthConfig config;
-    config.roughness = 0.0;
+    config.roughness = config.beam_noise = config.incidence_noise = 0.0;
     config.range_noise = 0.02;
     return config;
   }();
@@ -82,7 +37,7 @@ class DepthInARoom : public ::testing::Test {
 // C_i, however far the camera is from S, and in every direction: nothing happens at the azimuth of
 // +-pi.
 TEST_F(DepthInARoom, IsExactOnPlanesForEveryCamera) {
-  const SphericalDepthMap map(Scan(Pose3(), 0.0, RandomStream(1)), T_world_pano_, config_);
+  const SphericalDepthMap map(ScanRoom(Pose3(), 0.0, RandomStream(1)), T_world_pano_, config_);
   RandomStream random(2);
   int asked = 0, found = 0, seam = 0;
   for (int trial = 0; trial < 4000; ++trial) {
@@ -94,7 +49,9 @@ TEST_F(DepthInARoom, IsExactOnPlanesForEveryCamera) {
     const FeatureDepth depth = AssociateDepth(map, pano, config_);
     if (depth.status != DepthStatus::kFound) continue;
     ++found;
-    seam += std::abs(std::atan2(pano.direction.y(), pano.direction.x())) > kPi - 0.05 ? 1 : 0;
+    seam += std::abs(std::atan2(pano.direction.y(), pano.direction.x())) > std::numbers::pi - 0.05
+                ? 1
+                : 0;
     // Points are floats.
     EXPECT_NEAR(depth.depth, RangeInRoom(world.origin, world.direction), 2e-4);
   }
@@ -108,8 +65,8 @@ TEST_F(DepthInARoom, VarianceIsThatOfTheErrors) {
   RandomStream random(3);
   double normalised = 0.0;
   int count = 0;
-  const SphericalDepthMap map(Scan(Pose3(), config_.range_noise, RandomStream(4)), T_world_pano_,
-                              config_);
+  const SphericalDepthMap map(ScanRoom(Pose3(), config_.range_noise, RandomStream(4)),
+                              T_world_pano_, config_);
   for (int trial = 0; trial < 6000; ++trial) {
     const Ray pano{.origin = 0.1 * test::RandomDirection(random),
                    .direction = test::RandomDirection(random),
@@ -132,7 +89,7 @@ TEST_F(DepthInARoom, VarianceIsThatOfTheErrors) {
 // At the edges of the pillar depth jumps from 2 to 4 m: what is found there is one of the two,
 // never something between.
 TEST_F(DepthInARoom, EdgesGiveNoDepthInBetween) {
-  const SphericalDepthMap map(Scan(Pose3(), 0.0, RandomStream(5)), Pose3(), config_);
+  const SphericalDepthMap map(ScanRoom(Pose3(), 0.0, RandomStream(5)), Pose3(), config_);
   int spread = 0;
   for (int i = 0; i < 400; ++i) {
     const double azimuth = -0.3 + 0.6 * i / 400.0;
@@ -153,7 +110,7 @@ TEST_F(DepthInARoom, EdgesGiveNoDepthInBetween) {
 }
 
 TEST_F(DepthInARoom, NoPointsNoDepth) {
-  const SphericalDepthMap map(Scan(Pose3(), 0.0, RandomStream(6)), Pose3(), config_);
+  const SphericalDepthMap map(ScanRoom(Pose3(), 0.0, RandomStream(6)), Pose3(), config_);
   const Ray up{.direction = Eigen::Vector3d::UnitZ()};  // above all rings
   EXPECT_EQ(AssociateDepth(map, up, config_).status, DepthStatus::kNoPoints);
   const SphericalDepthMap empty(PointCloud{}, Pose3(), config_);
@@ -188,8 +145,8 @@ TEST(SphericalDepthMap, NearestAgreesWithTheDefinition) {
 }
 
 // What lies behind is hidden, even when it came first; the same bits at any number of threads.
-TEST(SphericalDepthMap, KeepsTheNearestPointPerCell) {
-  const PointCloud room = Scan(Pose3(), 0.0, RandomStream(8));
+TEST(SphericalDepthMap, KeepsTheNearestSurfacePerCell) {
+  const PointCloud room = ScanRoom(Pose3(), 0.0, RandomStream(8));
   PointCloud both;
   for (const Eigen::Vector3f& p : room) both.push_back(2.0F * p);  // the same direction, to the bit
   both.insert(both.end(), room.begin(), room.end());
@@ -197,6 +154,49 @@ TEST(SphericalDepthMap, KeepsTheNearestPointPerCell) {
   EXPECT_EQ(map.points(), expected.points());
   const ThreadLimit limit(1);
   EXPECT_EQ(SphericalDepthMap(both, Pose3(), {}).points(), map.points());
+}
+
+TEST(SphericalDepthMap, CellsAgreeWithTheDefinition) {
+  DepthConfig config;
+  config.cell_angle = 0.03;
+  const PointCloud room = ScanRoom(Pose3(), 0.05, RandomStream(12));
+  const SphericalDepthMap map(room, Pose3(), config);
+  const EqualAreaSphere cells = EqualAreaSphere::WithCellAngle(config.cell_angle);
+  std::map<int, std::vector<Eigen::Vector3d>> in_cell;
+  for (const Eigen::Vector3f& p : room) {
+    in_cell[cells.CellOf(p.cast<double>())].push_back(p.cast<double>());
+  }
+  ASSERT_EQ(map.points().size(), in_cell.size());
+  std::size_t i = 0;
+  for (const auto& [cell, points] : in_cell) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& p : points) nearest = std::min(nearest, p.norm());
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (const auto& p : points) {
+      if (p.norm() > nearest + config.layer) continue;
+      sum += p;
+      ++count;
+    }
+    EXPECT_LT((map.points()[i++] - sum / count).norm(), 1e-6) << "cell " << cell;
+  }
+}
+
+// The nearest point of a cell is the one with the most negative error; a layer has none.
+TEST(SphericalDepthMap, LayersOfManyPointsAreNotTooNear) {
+  constexpr double kRange = 10.0, kNoise = 0.02;
+  RandomStream random(13);
+  PointCloud wall;
+  for (int i = 0; i < 200000; ++i) {
+    const Eigen::Vector3d beam =
+        Eigen::Vector3d(1.0, random.Uniform(-0.2, 0.2), random.Uniform(-0.2, 0.2)).normalized();
+    wall.push_back(((kRange / beam.x() + kNoise * random.Normal()) * beam).cast<float>());
+  }
+  const SphericalDepthMap map(wall, Pose3(), {});
+  double sum = 0.0;
+  for (const Eigen::Vector3d& p : map.points()) sum += p.x() - kRange;
+  // 30 points per cell: a mean of them scatters by 4 mm, and there are 4000 cells.
+  EXPECT_LT(std::abs(sum) / static_cast<double>(map.points().size()), 0.1 * kNoise);
 }
 
 TEST(DepthAccumulator, KeepsTheNewestPointPerVoxelOfTheLastSeconds) {
@@ -223,7 +223,7 @@ TEST(DepthAccumulator, IsBounded) {
   std::vector<std::size_t> sizes;
   for (int i = 0; i < 20; ++i) {
     accumulator.Add(Time::FromSeconds(0.5 * i),
-                    Scan(Pose3(ExpSo3({0.0, 0.0, 0.001 * i}), {}), 0.0, RandomStream(9)));
+                    ScanRoom(Pose3(ExpSo3({0.0, 0.0, 0.001 * i}), {}), 0.0, RandomStream(9)));
     sizes.push_back(accumulator.points().size());
   }
   EXPECT_LT(sizes.back(), 1.2 * static_cast<double>(sizes.front()));

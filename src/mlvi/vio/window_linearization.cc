@@ -17,7 +17,7 @@ constexpr std::size_t kFeaturesPerChunk = 32;
 constexpr double kNoInformation = 1e-8;
 
 // A depth from behind or in front of an edge is off by many sigmas and must not pull.
-constexpr CauchyKernel kLidarKernel{2.0};
+constexpr CauchyKernel kLidarKernel{1.0};
 
 double LossCost(const WindowConfig& config, double s) {
   return config.loss == BearingLoss::kHuber ? HuberKernel{config.loss_scale}.Cost(s)
