@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "bench_setup.h"
 #include "mlvi/base/parallel.h"
@@ -207,11 +208,13 @@ class CloudFile {
 // The IMU of the recording with noise and biases of another seed.
 ImuSimulator MakeImu(const Recording& recording, std::uint64_t seed) {
   const Rig& rig = recording.options().rig.true_rig;
-  const ImuPhysics physics{.rate_hz = rig.imu.rate_hz,
-                           .noise = recording.options().imu_noise,
-                           .accelerometer_saturation = rig.imu.accelerometer_saturation,
-                           .gyroscope_saturation = rig.imu.gyroscope_saturation,
-                           .gravity = rig.gravity};
+  const ImuPhysics physics{
+      .rate_hz = rig.imu.rate_hz,
+      .noise = recording.options().imu_noise,
+      .accelerometer_saturation = rig.imu.accelerometer_saturation,
+      .gyroscope_saturation = rig.imu.gyroscope_saturation,
+      .gravity = rig.gravity,
+      .errors = EffectiveErrors(recording.options().imu_errors, recording.options().faults)};
   return ImuSimulator(physics, recording.motion(), recording.begin(), recording.end(),
                       RandomStream(seed, "imu"));
 }
