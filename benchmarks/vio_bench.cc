@@ -13,6 +13,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -423,6 +424,7 @@ void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
     }
   }
   fmt::print("{}\n", ToJson(options, noise_seed, runner.run, recording, times).dump());
+  std::fflush(stdout);  // a run takes minutes
 }
 
 int RunAll(const Options& options, const Rig& rig, const VioConfig& config) {
