@@ -15,7 +15,7 @@ namespace mlvi {
 
 enum class DepthStatus : int {
   kFound = 0,
-  kNoPoints = 1,  // too few points near the ray, or all on one side of it
+  kNoPoints = 1,  // too few points near the ray, or none that tell how the plane lies
   kSpread = 2,    // points off the plane: an occlusion edge, or blur of accumulation
   kGrazing = 3,   // the ray runs along the plane
 };
