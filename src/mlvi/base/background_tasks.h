@@ -15,12 +15,17 @@ namespace mlvi {
 // parallel loop of the caller never stops to do one of them.
 class BackgroundTasks {
  public:
-  // A task under way. Its destructor waits for it.
+  // A task under way. Its destructor waits for it, and drops what it threw.
   class Task {
    public:
     Task(Task&&) = default;
     Task& operator=(Task&&) = delete;
-    ~Task() { Wait(); }
+    ~Task() {
+      try {
+        Wait();
+      } catch (...) {  // whoever wants to know waits
+      }
+    }
     // Returns when the task is done; throws what it threw.
     void Wait() {
       if (group_) arena_->execute([this] { group_->wait(); });

@@ -43,5 +43,10 @@ TEST(BackgroundTasks, ExceptionsComeOutOfWait) {
   EXPECT_THROW(task.Wait(), std::runtime_error);
 }
 
+TEST(BackgroundTasks, ExceptionsThatNobodyWaitsForEndNothing) {
+  BackgroundTasks background;
+  for (int i = 0; i < 20; ++i) background.Run([] { throw std::runtime_error("broken"); });
+}
+
 }  // namespace
 }  // namespace mlvi

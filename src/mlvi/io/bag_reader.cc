@@ -3,6 +3,7 @@
 #include "mlvi/io/bag_reader.h"
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <tuple>
@@ -17,8 +18,9 @@ constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 // A chunk claims its unpacked size; recorders cut chunks at 0.8 MB or after one large message.
 constexpr std::size_t kLargestChunk = std::size_t{1} << 30;
 constexpr std::size_t kLargestHeader = std::size_t{1} << 24;
-// As many as free threads may be busy with while the estimator works.
+// What free threads may unpack while the estimator works: so many chunks, or so many bytes if fewer.
 constexpr std::size_t kChunksAhead = 4;
+constexpr std::size_t kBytesAhead = std::size_t{64} << 20;
 
 enum class Op : std::uint8_t {
   kMessage = 2,
@@ -201,10 +203,15 @@ tl::expected<PackedChunk, std::string> BagReader::ReadPacked(std::uint64_t posit
     return tl::unexpected(fmt::format("a chunk of unknown compression '{}'", chunk.compression));
   if (*size > kLargestChunk)
     return tl::unexpected(fmt::format("a chunk that claims {} bytes", *size));
-  // Of a chunk that the end of the file cuts off, the first part is read.
-  const std::uint64_t present = std::min<std::uint64_t>(
-      record->data_size, file_size_ - std::min(file_size_, record->data_position));
-  chunk.cut_off = present < record->data_size;
+  // Of a chunk that the end of the file cuts off, the first part is read. A recorder that is killed
+  // leaves both sizes of its last chunk at zero; it fills them in at the chunk's end.
+  const std::uint64_t rest = file_size_ - std::min(file_size_, record->data_position);
+  const bool unfinished = *size == 0 && record->data_size == 0 && rest > 0;
+  const std::uint64_t present =
+      unfinished ? rest : std::min<std::uint64_t>(record->data_size, rest);
+  if (unfinished) chunk.size = chunk.compression == "none" ? present : kLargestChunk;
+  chunk.packed_size = present;
+  chunk.cut_off = unfinished || present < record->data_size;
   if (!ReadBytes(record->data_position, present, chunk.bytes))
     return tl::unexpected<std::string>("the file cannot be read here");
   return chunk;
@@ -212,13 +219,17 @@ tl::expected<PackedChunk, std::string> BagReader::ReadPacked(std::uint64_t posit
 
 // Has free threads unpack the chunks that the index names next.
 void BagReader::UnpackAhead() {
+  std::size_t bytes = 0;
   const std::size_t end = std::min(next_chunk_ + kChunksAhead, chunk_infos_.size());
-  for (std::size_t i = next_chunk_; i < end; ++i) {
+  for (std::size_t i = next_chunk_; i < end && bytes < kBytesAhead; ++i) {
     const std::uint64_t position = chunk_infos_[i].position;
-    if (ahead_.contains(position)) continue;
-    // What is wrong with it is said when its turn comes.
-    if (auto packed = ReadPacked(position); packed)
+    if (!ahead_.contains(position)) {
+      // What is wrong with it is said when its turn comes.
+      auto packed = ReadPacked(position);
+      if (!packed || packed->compression == "none") continue;
       ahead_.emplace(position, ChunkJob(background_, *std::move(packed)));
+    }
+    bytes += ahead_.at(position).packed().size;
   }
 }
 
@@ -244,7 +255,7 @@ void BagReader::LoadChunk(std::uint64_t position) {
     ReportDamage(position, fmt::format("a {} chunk does not unpack: {} of {} bytes",
                                        packed.compression, chunk->bytes.size(), packed.size));
   }
-  bytes_consumed_ += packed.bytes.size();
+  bytes_consumed_ += packed.packed_size;
   if (!chunk->entries.empty()) open_chunks_.push_back(std::move(chunk));
 }
 
@@ -274,24 +285,32 @@ void BagReader::ParseChunk(Chunk& chunk, bool complete) {
                    [](const Entry& a, const Entry& b) { return a.receipt < b.receipt; });
 }
 
-// Where the next chunk record at or behind `position` begins; the size of the file without one. Its
-// header begins with "compression=" as recorders write its fields in the order of the alphabet.
+// Where the next chunk record behind `position` begins; the size of the file without one.
 std::uint64_t BagReader::FindChunk(std::uint64_t position) {
   constexpr std::string_view kName = "compression=";
-  constexpr std::uint64_t kBefore = 8;  // the sizes of the header and of its first field
+  // Recorders write the fields of a header in any order: those before the name, with their sizes.
+  constexpr std::uint64_t kBefore = 64;
   constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
   std::vector<std::uint8_t> bytes;
-  for (; position < file_size_; position += kBlock) {
+  for (++position; position < file_size_; position += kBlock) {
     const std::uint64_t size = std::min(kBlock + kBefore + kName.size(), file_size_ - position);
-    if (!ReadBytes(position, size, bytes)) return file_size_;
+    if (!ReadBytes(position, size, bytes)) continue;  // the medium does not give it
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    for (auto at = text.find(kName, kBefore); at != text.npos; at = text.find(kName, at + 1)) {
-      const std::uint64_t begin = position + at - kBefore;
-      const auto record = ReadRecord(begin);
-      if (record && IsOp(record->header, Op::kChunk)) return begin;
+    for (auto at = text.find(kName); at != text.npos; at = text.find(kName, at + 1)) {
+      for (std::size_t begin = at - std::min(at, kBefore); begin + 8 <= at; ++begin) {
+        std::uint32_t header_size = 0;
+        std::memcpy(&header_size, bytes.data() + begin, sizeof(header_size));
+        if (begin + header_size < at || header_size > 2 * kBefore) continue;
+        const auto record = ReadRecord(position + begin);
+        if (record && IsOp(record->header, Op::kChunk)) return position + begin;
+      }
     }
   }
   return file_size_;
+}
+
+bool BagReader::IsRecord(const std::optional<Record>& record) const {
+  return record && record->end() <= file_size_ && HasOp(record->header);
 }
 
 // Opens the next chunk in the order of the file; false at the end.
@@ -299,15 +318,17 @@ bool BagReader::ScanNextChunk() {
   while (scan_position_ < file_size_) {
     const std::uint64_t position = scan_position_;
     const auto record = ReadRecord(position);
-    const int damaged = damaged_places_;
-    if (record && IsOp(record->header, Op::kChunk)) {
-      scanned_chunk_ = position;
+    const bool is_chunk = record && IsOp(record->header, Op::kChunk);
+    if (is_chunk) {
       LoadChunk(position);
-    } else if (!record || record->end() > file_size_ || !HasOp(record->header)) {
+      scanned_chunk_ = position;
+    } else if (!IsRecord(record)) {
       ReportDamage(position, "no readable record: a damaged medium, or the end of what was copied");
     }
-    // The sizes of what is damaged, or of the chunk before it, may be damaged, too.
-    scan_position_ = damaged == damaged_places_ ? record->end() : FindChunk(scanned_chunk_ + 1);
+    // Sizes may be damaged, too, that of the chunk before a record included.
+    const bool leads_on =
+        record && (record->end() == file_size_ || IsRecord(ReadRecord(record->end())));
+    scan_position_ = leads_on ? record->end() : FindChunk(scanned_chunk_);
     if (!open_chunks_.empty()) return true;
   }
   return false;

@@ -105,6 +105,7 @@ class BagReader {
   void LoadChunk(std::uint64_t position);
   void ParseChunk(Chunk& chunk, bool complete);
   void LoadDueChunks();
+  bool IsRecord(const std::optional<Record>& record) const;
   bool ScanNextChunk();
   std::uint64_t FindChunk(std::uint64_t position);
   void ReportDamage(std::uint64_t position, const std::string& what);

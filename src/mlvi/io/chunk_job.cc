@@ -17,8 +17,9 @@ ChunkJob::ChunkJob(BackgroundTasks& background, PackedChunk packed)
     : work_(std::make_unique<Work>()) {
   work_->packed = std::move(packed);
   work_->task.emplace(background.Run([work = work_.get()] {
-    const PackedChunk& chunk = work->packed;
+    PackedChunk& chunk = work->packed;
     work->unpacked = DecompressChunk(chunk.compression, chunk.bytes, chunk.size);
+    chunk.bytes = {};
   }));
 }
 

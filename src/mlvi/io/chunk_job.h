@@ -17,7 +17,8 @@ struct PackedChunk {
   std::string compression;  // "none", "bz2" or "lz4"
   std::uint32_t size = 0;   // unpacked, as the bag claims
   std::vector<std::uint8_t> bytes;
-  bool cut_off = false;  // the file ends before the chunk does
+  std::uint64_t packed_size = 0;  // of `bytes` when they were read
+  bool cut_off = false;           // the file ends before the chunk does
 };
 
 // One chunk that is being unpacked by whichever thread is free.
@@ -29,7 +30,7 @@ class ChunkJob {
   ChunkJob(ChunkJob&&) noexcept;
   ChunkJob& operator=(ChunkJob&&) = delete;
 
-  // What is unpacked.
+  // What is unpacked; without its bytes once that is done.
   const PackedChunk& packed() const;
   // Waits for the end of the work. Call once.
   Decompressed Take();
