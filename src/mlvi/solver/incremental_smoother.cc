@@ -318,7 +318,10 @@ void IncrementalSmoother::Impl::Restore(const std::vector<int>& touched) {
     variables_.Restore(v, estimate);
     estimate += variables_.ambient_size(v);
   }
-  tree_.Withdraw(touched, pending_removals_, committed_variables_, committed_factors_);
+  // A factor may have been removed before it was ever committed.
+  std::vector<int> returned = pending_removals_;
+  std::erase_if(returned, [&](int f) { return f >= committed_factors_; });
+  tree_.Withdraw(touched, returned, committed_variables_, committed_factors_);
   std::erase_if(saved_, [&](int v) {
     if (v >= committed_variables_) is_saved_[v] = 0;
     return v >= committed_variables_;
@@ -326,7 +329,7 @@ void IncrementalSmoother::Impl::Restore(const std::vector<int>& touched) {
   IncrementalSmootherSummary unused;
   // A factor that cannot be evaluated even at the estimate keeps its last approximation.
   (void)Relinearize(saved_, &unused);
-  (void)Linearize(pending_removals_);
+  (void)Linearize(returned);
   (void)tree_.Eliminate();
 }
 
