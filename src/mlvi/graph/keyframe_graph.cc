@@ -119,6 +119,10 @@ KeyframeGraph::Variables KeyframeGraph::AddStart(
   const Pose3 T_guess_odometry = FrameOfGuess();
   std::vector<std::size_t> chosen = KeyframesOf(start);
   chosen.pop_back();
+  for (const std::size_t i : chosen) {
+    MLVI_CHECK(start[i].map.has_value(), "the state of a start at {} without map tie",
+               ToString(start[i].state.stamp));
+  }
   std::vector<VariableId> earlier;
   for (const std::size_t i : chosen) {
     earlier.push_back(AddPose(T_guess_odometry * start[i].state.T_world_body));
@@ -129,8 +133,6 @@ KeyframeGraph::Variables KeyframeGraph::AddStart(
   const Variables at_last = AddVariables(InFrame(T_guess_odometry, last.state));
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const OdometryEstimate& estimate = start[chosen[k]];
-    MLVI_CHECK(estimate.map.has_value(), "the state of a start at {} without map tie",
-               ToString(estimate.state.stamp));
     const Pose3 T_last_k = last.state.T_world_body.inverse() * estimate.state.T_world_body;
     const Matrix6d W = SqrtInformationOf<6>(Finite(estimate.map->covariance));
     smoother_.AddFactor(std::make_shared<BetweenFactor>(T_last_k, W), nullptr,
@@ -240,13 +242,15 @@ Expected<GraphUpdate> KeyframeGraph::AddLoop(KeyframeId from, KeyframeId to, con
 
 Expected<GraphUpdate> KeyframeGraph::Settle() {
   MLVI_CHECK(update_.has_value(), "nothing to settle before the first keyframe");
-  IncrementalSmootherSummary solver = update_->solver;
-  for (int step = 0; step < kSettlingSteps && solver.stale_variables > 0; ++step) {
-    const Expected<IncrementalSmootherSummary> solved = smoother_.Update();
-    if (!solved) return tl::unexpected(solved.error());
-    solver = *solved;
+  Expected<IncrementalSmootherSummary> solved = update_->solver;
+  IncrementalSmootherSummary solver = *solved;
+  for (int step = 0; step < kSettlingSteps && solved && solver.stale_variables > 0; ++step) {
+    solved = smoother_.Update();
+    if (solved) solver = *solved;
   }
-  return Updated(solver);
+  const GraphUpdate update = Updated(solver);  // of the steps that succeeded, whatever came then
+  if (!solved) return tl::unexpected(solved.error());
+  return update;
 }
 
 NavState KeyframeGraph::Estimate(KeyframeId id) const {
@@ -292,7 +296,7 @@ void KeyframeGraph::AddPrior(const OdometryEstimate& estimate, const Variables& 
   J.block<3, 3>(6, kVelocity).setIdentity();
   J.block<6, 6>(9, kAccelerometerBias).setIdentity();
   Matrix15d covariance = J * estimate.covariance * J.transpose();
-  // Position and yaw of the first body define the world: a floor keeps the prior finite.
+  // Where the pose defines the world it has no error: a floor keeps the prior finite.
   covariance.topLeftCorner<6, 6>() = Finite(covariance.topLeftCorner<6, 6>());
   smoother_.AddFactor(
       std::make_shared<NavPriorFactor>(estimate.state, SqrtInformationOf<15>(covariance)), nullptr,

@@ -240,10 +240,11 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
   Accept(InTheirMap(features, anchored, result));
   Insert(features, estimate.mean.nav.T_world_body);
-  drift = PoseCovariance(estimate.covariance) + error;
   OdometryEstimate& last = result.estimates.back();
   last.state = estimate.mean.nav;
-  last.covariance = ReportedCovariance(estimate, drift);
+  last.covariance = ReportedCovariance(estimate, error);
+  // Poses to come are told by the map, which lies in the world as well as this pose in it.
+  drift = PoseCovariance(estimate.covariance) + error;
   last.map->covariance = PoseInMap();
   last_registered = estimate.mean.nav.stamp;
   start.reset();
