@@ -12,7 +12,22 @@ using namespace mlvi;
 
 namespace {
 
+const std::string kFrame =
+    "T_world_body: pose of the body (IMU) at the last firing of each sweep, or at each set of "
+    "images without LiDAR";
+
 std::string Text(const nlohmann::ordered_json& summary) { return summary.dump(2) + "\n"; }
+
+// Calls visit(p_world) for the points of all keyframes, after smoothing.
+template <typename Visit>
+void ForEachPoint(const Slam& slam, const Visit& visit) {
+  for (const Keyframe& keyframe : slam.graph().keyframes()) {
+    if (!keyframe.points) continue;
+    const Pose3 T_world_body = slam.graph().Estimate(keyframe.id).T_world_body;
+    for (const Eigen::Vector3f& p_body : *keyframe.points)
+      visit(T_world_body * p_body.cast<double>());
+  }
+}
 
 }  // namespace
 
@@ -30,7 +45,10 @@ Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
 Expected<void> RunOutputs::Write(const Slam& slam, nlohmann::ordered_json summary) const {
   // The report first: it must be there even when the disk fills up with the map.
   Expected<void> written = WriteWholeFile(Path("summary.json"), Text(summary));
-  for (const Expected<void>& part : {WriteTrajectories(slam), WriteMap(slam)}) {
+  for (const Expected<void>& part :
+       {WriteTum(slam.odometry(), Path("odometry.tum"), kFrame + ", causal"),
+        WriteTum(slam.SmoothedTrajectory(), Path("trajectory.tum"), kFrame + ", smoothed"),
+        WriteMap(slam), WritePicture(slam)}) {
     if (part) continue;
     summary["not_written"].push_back(part.error().message);
     if (written) written = part;
@@ -48,32 +66,20 @@ Expected<void> RunOutputs::Write(const Slam& slam, nlohmann::ordered_json summar
   return written;
 }
 
-Expected<void> RunOutputs::WriteTrajectories(const Slam& slam) const {
-  const std::string frame =
-      "T_world_body: pose of the body (IMU) at the last firing of each sweep, or at each set of "
-      "images without LiDAR";
-  const Expected<void> causal = WriteTum(slam.odometry(), Path("odometry.tum"), frame + ", causal");
-  const Expected<void> smoothed =
-      WriteTum(slam.SmoothedTrajectory(), Path("trajectory.tum"), frame + ", smoothed");
-  return causal ? smoothed : causal;
-}
-
 Expected<void> RunOutputs::WriteMap(const Slam& slam) const {
   // Keyframes keep no intensities.
   auto writer = PlyWriter::Create(Path("map.ply"), "points in the world frame, metres",
                                   PlyFields::kPositions);
   if (!writer) return tl::unexpected(writer.error());
-  MapPicture picture(slam.SmoothedTrajectory());
-  for (const Keyframe& keyframe : slam.graph().keyframes()) {
-    if (!keyframe.points) continue;
-    const Pose3 T_world_body = slam.graph().Estimate(keyframe.id).T_world_body;
-    for (const Eigen::Vector3f& p_body : *keyframe.points) {
-      const Eigen::Vector3d p_world = T_world_body * p_body.cast<double>();
-      writer->Write({.position = p_world.cast<float>()});
-      picture.Add(p_world);
-    }
-  }
-  if (auto closed = writer->Close(); !closed) return closed;
+  ForEachPoint(slam, [&](const Eigen::Vector3d& p_world) {
+    writer->Write({.position = p_world.cast<float>()});
+  });
+  return writer->Close();
+}
+
+Expected<void> RunOutputs::WritePicture(const Slam& slam) const {
   if (slam.odometry().empty()) return {};  // nothing to draw
+  MapPicture picture(slam.SmoothedTrajectory());
+  ForEachPoint(slam, [&](const Eigen::Vector3d& p_world) { picture.Add(p_world); });
   return picture.Save(Path("map.png"));
 }

@@ -22,8 +22,8 @@ class RunOutputs {
 
  private:
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-  mlvi::Expected<void> WriteTrajectories(const mlvi::Slam& slam) const;
   mlvi::Expected<void> WriteMap(const mlvi::Slam& slam) const;
+  mlvi::Expected<void> WritePicture(const mlvi::Slam& slam) const;
 
   std::filesystem::path folder_;
 };

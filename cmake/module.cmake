@@ -42,7 +42,7 @@ function(mlvi_test name)
   set(files "${PROJECT_BINARY_DIR}/test_files")
   file(MAKE_DIRECTORY "${files}")
   gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 600 ENVIRONMENT "RC_PARAMS=seed=1" ENVIRONMENT_MODIFICATION "TEST_TMPDIR=set:${files}")
+    PROPERTIES TIMEOUT 600 ENVIRONMENT "RC_PARAMS=seed=1" ENVIRONMENT_MODIFICATION "TEST_TMPDIR=set:${files}/")
 endfunction()
 
 # Tells the tests `name` where this tree and the public recordings beside it lie. Not for all: a path in the command
