@@ -111,43 +111,39 @@ std::vector<std::size_t> KeyframeGraph::KeyframesOf(std::span<const OdometryEsti
   return chosen;
 }
 
-KeyframeGraph::Variables KeyframeGraph::AddStart(
-    std::span<const OdometryEstimate> start,
-    std::span<const std::shared_ptr<const PointCloud>> points) {
-  MLVI_CHECK(!start.empty() && start.size() == points.size(), "a start of {} states, {} clouds",
-             start.size(), points.size());
+KeyframeGraph::Variables KeyframeGraph::AddStart(const EstimateBatch& start) {
+  const std::span<const OdometryEstimate> estimates = start.estimates;
+  MLVI_CHECK(!estimates.empty() && estimates.size() == start.clouds.size() &&
+                 estimates.size() == start.relative.size() + 1,
+             "a start of {} states, {} clouds, {} relative covariances", estimates.size(),
+             start.clouds.size(), start.relative.size());
   const Pose3 T_guess_odometry = FrameOfGuess();
-  std::vector<std::size_t> chosen = KeyframesOf(start);
+  std::vector<std::size_t> chosen = KeyframesOf(estimates);
   chosen.pop_back();
-  for (const std::size_t i : chosen) {
-    MLVI_CHECK(start[i].map.has_value(), "the state of a start at {} without map tie",
-               ToString(start[i].state.stamp));
-  }
   std::vector<VariableId> earlier;
   for (const std::size_t i : chosen) {
-    earlier.push_back(AddPose(T_guess_odometry * start[i].state.T_world_body));
-    AddKeyframe(start[i], {.pose = earlier.back(), .velocity = {}, .bias = {}, .map = {}},
-                points[i]);
+    earlier.push_back(AddPose(T_guess_odometry * estimates[i].state.T_world_body));
+    AddKeyframe(estimates[i], {.pose = earlier.back(), .velocity = {}, .bias = {}, .map = {}},
+                start.clouds[i]);
   }
-  const OdometryEstimate& last = start.back();
+  const OdometryEstimate& last = estimates.back();
   const Variables at_last = AddVariables(InFrame(T_guess_odometry, last.state));
   for (std::size_t k = 0; k < chosen.size(); ++k) {
-    const OdometryEstimate& estimate = start[chosen[k]];
-    const Pose3 T_last_k = last.state.T_world_body.inverse() * estimate.state.T_world_body;
-    const Matrix6d W = SqrtInformationOf<6>(Finite(estimate.map->covariance));
+    const std::size_t i = chosen[k];
+    const Pose3 T_last_k = last.state.T_world_body.inverse() * estimates[i].state.T_world_body;
+    const Matrix6d W = SqrtInformationOf<6>(Finite(start.relative[i]));
     smoother_.AddFactor(std::make_shared<BetweenFactor>(T_last_k, W), nullptr,
                         {at_last.pose, earlier[k]});
   }
-  AddKeyframe(last, at_last, points.back());
+  AddKeyframe(last, at_last, start.clouds.back());
   return at_last;
 }
 
-Expected<GraphUpdate> KeyframeGraph::Begin(
-    std::span<const OdometryEstimate> start,
-    std::span<const std::shared_ptr<const PointCloud>> points) {
+Expected<GraphUpdate> KeyframeGraph::Begin(const EstimateBatch& start) {
   MLVI_CHECK(!newest_, "a graph of {} keyframes cannot begin", keyframes_.size());
-  AddPrior(start.back(), AddStart(start, points));
-  return Commit(0, start.back());
+  const Variables added = AddStart(start);
+  AddPrior(start.estimates.back(), added);
+  return Commit(0, start.estimates.back());
 }
 
 Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate,
@@ -166,14 +162,13 @@ Expected<GraphUpdate> KeyframeGraph::Add(const OdometryEstimate& estimate,
   return Commit(before, estimate);
 }
 
-Expected<GraphUpdate> KeyframeGraph::BeginAfterGap(
-    std::span<const OdometryEstimate> start,
-    std::span<const std::shared_ptr<const PointCloud>> points, const Matrix6d& gap) {
+Expected<GraphUpdate> KeyframeGraph::BeginAfterGap(const EstimateBatch& start,
+                                                   const Matrix6d& gap) {
   MLVI_CHECK(newest_.has_value(), "a gap without a keyframe before it");
   const std::size_t before = keyframes_.size();
   const Variables from = variables_.back();
-  const Variables added = AddStart(start, points);
-  const OdometryEstimate& last = start.back();
+  const Variables added = AddStart(start);
+  const OdometryEstimate& last = start.estimates.back();
   const Pose3 T_from_to = newest_->state.T_world_body.inverse() * last.state.T_world_body;
   smoother_.AddFactor(std::make_shared<BetweenFactor>(T_from_to, SquareRoot(GapInformation(gap))),
                       nullptr, {from.pose, added.pose});

@@ -48,6 +48,14 @@ struct GraphUpdate {
   IncrementalSmootherSummary solver;
 };
 
+// What an odometry gives at one time: a single estimate, or all those of a start, ascending in time.
+struct EstimateBatch {
+  std::span<const OdometryEstimate> estimates;
+  std::span<const std::shared_ptr<const PointCloud>> clouds;  // one per estimate
+  // Of every estimate but the last, its pose as seen from the last one, T_last_k (pose chart).
+  std::span<const Matrix6d> relative;
+};
+
 class KeyframeGraph {
  public:
   // `rig` gives IMU noise and gravity.
@@ -56,13 +64,12 @@ class KeyframeGraph {
   // Whether `state` is far enough from the newest keyframe (distance, angle or time), or the first.
   bool WantsKeyframe(const NavState& state) const;
 
-  // Begins with the states of a start, ascending in time, and their clouds. They are one estimate
-  // from the same measurements, which must not count twice: the last one takes its covariance as
-  // prior and is where the map begins. Earlier ones that are keyframes by distance, angle or time
-  // hang on it by their poses as the start saw them, as well as their map ties tell (which they
-  // need then). Errors (kEstimation) leave the graph as it was.
-  Expected<GraphUpdate> Begin(std::span<const OdometryEstimate> start,
-                              std::span<const std::shared_ptr<const PointCloud>> points);
+  // Begins with the states of a start. They are one estimate from the same measurements, which must
+  // not count twice: the last one takes its covariance as prior and is where the map begins.
+  // Earlier ones that are keyframes by distance, angle or time hang on it by their poses as the
+  // start saw them, with the `relative` covariances. Errors (kEstimation) leave the graph as it
+  // was.
+  Expected<GraphUpdate> Begin(const EstimateBatch& start);
 
   // Adds `estimate` as a keyframe with an IMU factor over `imu` (samples from the newest keyframe
   // to this one, as SamplesBetween gives them), the map of its odometry and the registration there,
@@ -78,9 +85,7 @@ class KeyframeGraph {
   // of that state, may be very large), and what a new start knows by itself: roll, pitch and
   // biases; of its speed only the order of magnitude, for the heading may be corrected by any angle
   // later. Needs a keyframe.
-  Expected<GraphUpdate> BeginAfterGap(std::span<const OdometryEstimate> start,
-                                      std::span<const std::shared_ptr<const PointCloud>> points,
-                                      const Matrix6d& gap);
+  Expected<GraphUpdate> BeginAfterGap(const EstimateBatch& start, const Matrix6d& gap);
 
   // Adds a verified loop closure: T_from_to measured with `covariance` in the pose chart; robust.
   // Settles.
@@ -114,8 +119,7 @@ class KeyframeGraph {
   Pose3 FrameOfGuess() const;
   std::vector<std::size_t> KeyframesOf(std::span<const OdometryEstimate> start) const;
   // Returns the variables of the last state; what ties them to the rest is left to the caller.
-  Variables AddStart(std::span<const OdometryEstimate> start,
-                     std::span<const std::shared_ptr<const PointCloud>> points);
+  Variables AddStart(const EstimateBatch& start);
   void AddKeyframe(const OdometryEstimate& estimate, const Variables& variables,
                    std::shared_ptr<const PointCloud> points);
   // Solves with the keyframes since the first `before`, whose last one is `newest`, or takes them

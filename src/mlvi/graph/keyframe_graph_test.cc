@@ -71,13 +71,16 @@ OdometryEstimate EstimateOf(const NavState& state) {
 // A start of a single state.
 Expected<GraphUpdate> BeginWith(KeyframeGraph& graph, const OdometryEstimate& estimate) {
   const std::shared_ptr<const PointCloud> no_cloud;
-  return graph.Begin({&estimate, 1}, {&no_cloud, 1});
+  return graph.Begin({.estimates = {&estimate, 1}, .clouds = {&no_cloud, 1}, .relative = {}});
 }
 
-Expected<GraphUpdate> BeginAfterGapWith(KeyframeGraph& graph, const OdometryEstimate& estimate,
+// The earlier states are known to 1 cm and 10 mrad, as seen from the last one.
+Expected<GraphUpdate> BeginAfterGapWith(KeyframeGraph& graph,
+                                        std::span<const OdometryEstimate> start,
                                         const Matrix6d& gap) {
-  const std::shared_ptr<const PointCloud> no_cloud;
-  return graph.BeginAfterGap({&estimate, 1}, {&no_cloud, 1}, gap);
+  const std::vector<std::shared_ptr<const PointCloud>> no_clouds(start.size());
+  const std::vector<Matrix6d> relative(start.size() - 1, 1e-4 * Matrix6d::Identity());
+  return graph.BeginAfterGap({.estimates = start, .clouds = no_clouds, .relative = relative}, gap);
 }
 
 GraphUpdate AddAt(KeyframeGraph& graph, double t, const OdometryEstimate& estimate) {
@@ -322,38 +325,50 @@ TEST(KeyframeGraph, ALoopRemovesDriftAndAWrongOneDoesNotBendTheMap) {
 }
 
 // Two walks along the circle with a minute between them, the second placed wrongly by a turn of 40
-// degrees and some metres, as the gap's covariance admits.
-class GapTest : public ::testing::Test {
+// degrees and some metres, as the gap's covariance admits. The parameter: how many states the second
+// start has.
+class GapTest : public ::testing::TestWithParam<int> {
  protected:
   explicit GapTest(double position_sigma = 180.0) {
     for (double t = 0.0; t <= kFirstEnd; t += kStep) AddAt(graph_, t, EstimateOf(CircleState(t)));
     Vector6d sigma;
     sigma << Eigen::Vector3d::Constant(position_sigma), 0.02, 0.02, 1.8;
     gap_ = sigma.cwiseAbs2().asDiagonal();
-    for (double t = kSecond; t <= kSecond + 8.0; t += kStep) Add(t);
+    Begin();
+    for (double t = kSecond + kStep; t <= kSecond + 8.0; t += kStep)
+      AddAt(graph_, t, PlacedWrongly(t));
   }
-  void Add(double t) {
+  OdometryEstimate PlacedWrongly(double t) const {
     OdometryEstimate estimate = EstimateOf(CircleState(t));
     estimate.state.T_world_body = T_wrong_ * estimate.state.T_world_body;
     estimate.state.v_world_body = T_wrong_.rotation() * estimate.state.v_world_body;
-    if (t == kSecond) {
+    return estimate;
+  }
+  // The start ends at kSecond; every other state of it is a keyframe.
+  void Begin() {
+    std::vector<OdometryEstimate> start;
+    for (int before = GetParam() - 1; before >= 0; --before) {
+      OdometryEstimate estimate = PlacedWrongly(kSecond - before * kStep);
       estimate.covariance(8, 8) = gap_(5, 5);  // the heading
       estimate.covariance.topLeftCorner<3, 3>() = gap_.topLeftCorner<3, 3>();
-      begin_ = graph_.keyframes().size();
-      const auto update = BeginAfterGapWith(graph_, estimate, gap_);
-      ASSERT_TRUE(update.has_value()) << update.error().message;
-    } else {
-      AddAt(graph_, t, estimate);
+      if (before > 0) estimate.map.reset();
+      start.push_back(estimate);
     }
+    begin_ = graph_.keyframes().size();
+    const auto update = BeginAfterGapWith(graph_, start, gap_);
+    ASSERT_TRUE(update.has_value()) << update.error().message;
+    ASSERT_EQ(graph_.keyframes().size() - begin_, (start.size() + 1) / 2);
+    EXPECT_EQ(graph_.keyframes()[begin_].state.stamp, start.front().state.stamp);
   }
   // Of the second walk by itself: greatest difference of relative poses to the truth.
   double SecondWalkError() const {
-    const Pose3 first = graph_.Estimate(KeyframeId(static_cast<std::int64_t>(begin_))).T_world_body;
+    const Keyframe& begin = graph_.keyframes()[begin_];
+    const Pose3 first = graph_.Estimate(begin.id).T_world_body;
+    const Pose3 T_first_world = CircleState(begin.state.stamp.seconds()).T_world_body.inverse();
     double error = 0.0;
     for (std::size_t i = begin_; i < graph_.keyframes().size(); ++i) {
       const Keyframe& keyframe = graph_.keyframes()[i];
-      const Pose3 truth = CircleState(kSecond).T_world_body.inverse() *
-                          CircleState(keyframe.state.stamp.seconds()).T_world_body;
+      const Pose3 truth = T_first_world * CircleState(keyframe.state.stamp.seconds()).T_world_body;
       error = std::max(
           error,
           BoxMinus(first.inverse() * graph_.Estimate(keyframe.id).T_world_body, truth).norm());
@@ -368,7 +383,13 @@ class GapTest : public ::testing::Test {
   std::size_t begin_ = 0;
 };
 
-TEST_F(GapTest, BothPartsStayAsGoodAsTheyWereAndWhereTheyWerePut) {
+constexpr auto NameOfStart = [](const ::testing::TestParamInfo<int>& info) {
+  return info.param == 1 ? "OneState" : "FiveStates";
+};
+
+INSTANTIATE_TEST_SUITE_P(Starts, GapTest, ::testing::Values(1, 5), NameOfStart);
+
+TEST_P(GapTest, BothPartsStayAsGoodAsTheyWereAndWhereTheyWerePut) {
   for (std::size_t i = 0; i < begin_; ++i) {
     const Keyframe& keyframe = graph_.keyframes()[i];
     EXPECT_LT(BoxMinus(graph_.Estimate(keyframe.id), CircleState(keyframe.state.stamp.seconds()))
@@ -381,11 +402,9 @@ TEST_F(GapTest, BothPartsStayAsGoodAsTheyWereAndWhereTheyWerePut) {
   EXPECT_LT(BoxMinus(graph_.Estimate(last.id).T_world_body, last.state.T_world_body).norm(), 1e-2);
 }
 
-TEST_F(GapTest, CovariancesTellTheGap) {
-  OdometryEstimate next = EstimateOf(CircleState(kSecond + 8.5));
-  next.state.T_world_body = T_wrong_ * next.state.T_world_body;
-  next.state.v_world_body = T_wrong_.rotation() * next.state.v_world_body;
-  const auto update = graph_.Add(next, nullptr, CircleImu(kSecond + 8.0, kSecond + 8.5));
+TEST_P(GapTest, CovariancesTellTheGap) {
+  const auto update =
+      graph_.Add(PlacedWrongly(kSecond + 8.5), nullptr, CircleImu(kSecond + 8.0, kSecond + 8.5));
   ASSERT_TRUE(update.has_value());
   const Matrix15d& covariance = update->covariance;
   EXPECT_NEAR(std::sqrt(covariance(0, 0)), 180.0, 20.0);
@@ -399,14 +418,16 @@ class VastGapTest : public GapTest {
   VastGapTest() : GapTest(1e5) {}
 };
 
-// Add has checked that no keyframe behind the gap was left out.
-TEST_F(VastGapTest, IsNoLessDeterminedThanTheWorldIsWide) {
+INSTANTIATE_TEST_SUITE_P(Starts, VastGapTest, ::testing::Values(1, 5), NameOfStart);
+
+// AddAt has checked that no keyframe behind the gap was left out.
+TEST_P(VastGapTest, IsNoLessDeterminedThanTheWorldIsWide) {
   EXPECT_EQ(graph_.keyframes().back().state.stamp, Time::FromSeconds(kSecond + 8.0));
   EXPECT_LT(SecondWalkError(), 2e-3);
   EXPECT_GT(std::sqrt(graph_.newest()->covariance(0, 0)), 400.0);
 }
 
-TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
+TEST_P(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
   const double t = kSecond + 4.0;
   const auto seen =
       std::find_if(graph_.keyframes().begin(), graph_.keyframes().end(),
@@ -428,7 +449,7 @@ TEST_F(GapTest, ALoopPutsTheSecondPartInItsPlaceWhole) {
 TEST(KeyframeGraph, OnlyABeginningNeedsNoKeyframeBeforeIt) {
   KeyframeGraph graph({}, TestRig());
   const OdometryEstimate estimate = EstimateOf(CircleState(0.0));
-  EXPECT_THROW(BeginAfterGapWith(graph, estimate, Matrix6d::Identity()), ContractViolation);
+  EXPECT_THROW(BeginAfterGapWith(graph, {&estimate, 1}, Matrix6d::Identity()), ContractViolation);
   EXPECT_THROW(graph.Add(estimate, nullptr, {}), ContractViolation);
   EXPECT_THROW(graph.Settle(), ContractViolation);
   AddAt(graph, 0.0, estimate);
@@ -448,17 +469,20 @@ class StartOfFive : public ::testing::Test {
     for (int k = 0; k < 5; ++k) {
       start_.push_back(EstimateOf(CircleState(k * kStep)));
       start_.back().covariance = covariance;
-      start_.back().map->covariance *= 100.0;
+      if (k < 4) start_.back().map.reset();
     }
   }
   Expected<GraphUpdate> Begin(KeyframeGraph& graph, std::size_t from) const {
-    return graph.Begin(std::span(start_).subspan(from), std::span(clouds_).subspan(from));
+    return graph.Begin({.estimates = std::span(start_).subspan(from),
+                        .clouds = std::span(clouds_).subspan(from),
+                        .relative = std::span(relative_).subspan(from)});
   }
 
   GraphConfig config_{.keyframe_distance = 1.0};  // two steps of 0.8 m
   std::vector<OdometryEstimate> start_;
   std::vector<std::shared_ptr<const PointCloud>> clouds_ =
       std::vector<std::shared_ptr<const PointCloud>>(5, std::make_shared<PointCloud>());
+  std::vector<Matrix6d> relative_ = std::vector<Matrix6d>(4, 1e-4 * Matrix6d::Identity());
 };
 
 TEST_F(StartOfFive, CountsOnceHoweverManyOfItsStatesAreKeyframes) {
@@ -503,7 +527,7 @@ TEST_F(StartOfFive, ALoopSharesItsErrorWithTheTieOfTheStart) {
   const Pose3 seen = start_[4].state.T_world_body.inverse() * start_[0].state.T_world_body;
   // As uncertain as the tie: half of the way remains.
   const Pose3 raised = Pose3::FromTranslation({0.0, 0.0, 4e-4}) * seen;
-  ASSERT_TRUE(graph.AddLoop(last, first, raised, start_[0].map->covariance));
+  ASSERT_TRUE(graph.AddLoop(last, first, raised, relative_[0]));
   EXPECT_TRUE(graph.converged());
   EXPECT_NEAR((height(first) - height(last)).z(), 2e-4, 0.01e-4);
 }

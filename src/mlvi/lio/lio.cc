@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "mlvi/base/error.h"
 #include "mlvi/imu/preintegration.h"
@@ -71,6 +72,7 @@ struct Lio::Impl {
   void Forget(Time before);
   LioResult Begin(const LidarSweep& sweep);
   void TakeStart(const StartResult& first, LioResult& result);
+  SweepFeatures TakeState(std::size_t i, const StartResult& first, LioResult& result);
   Matrix6d WorldError(const Pose3& T_world_body) const;
   StateEstimate InTheirMap(const SweepFeatures& last, const StateEstimate& anchored,
                            LioResult& figures);
@@ -214,19 +216,10 @@ LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
 void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   SweepFeatures features;
   for (std::size_t i = 0; i < first.sweeps.size(); ++i) {
-    const LidarSweep& kept = first.sweeps[i];
-    const NavState& state = first.states[i];
-    const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
-    const auto trajectory =
-        samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
-    features = ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
-    result.estimates.push_back({.state = state,
-                                .covariance = first.covariance,
-                                .degeneracy = first.degeneracies[i],
-                                .map = MapTie{.covariance = first.relative[i], .age = map_age}});
-    if (i + 1 < first.sweeps.size()) result.new_share = Insert(features, state.T_world_body);
-    AddPoseCovariance(WorldError(state.T_world_body), result.estimates.back().covariance);
-    result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
+    features = TakeState(i, first, result);
+    if (i + 1 == first.sweeps.size()) break;
+    result.new_share = Insert(features, first.states[i].T_world_body);
+    result.relative.push_back(first.relative[i]);
   }
   // The world is where this pose says, however well it fits the map.
   const Pose3& T_world_last = first.states.back().T_world_body;
@@ -239,16 +232,35 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
   const StateEstimate anchored = AnchorToMap(first.states.back(), first.covariance);
   features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
   Accept(InTheirMap(features, anchored, result));
-  Insert(features, estimate.mean.nav.T_world_body);
   OdometryEstimate& last = result.estimates.back();
+  last.map = MapTie{.covariance = PoseInMap(), .age = map_age};
+  Insert(features, estimate.mean.nav.T_world_body);
   last.state = estimate.mean.nav;
   last.covariance = ReportedCovariance(estimate, error);
   // Poses to come are told by the map, which lies in the world as well as this pose in it.
   drift = PoseCovariance(estimate.covariance) + error;
-  last.map->covariance = PoseInMap();
   last_registered = estimate.mean.nav.stamp;
   start.reset();
   placement.reset();
+}
+
+// Reports a state of the start as the start saw it. Returns the features of its sweep.
+SweepFeatures Lio::Impl::TakeState(std::size_t i, const StartResult& first, LioResult& result) {
+  const LidarSweep& kept = first.sweeps[i];
+  const NavState& state = first.states[i];
+  const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
+  const auto trajectory =
+      samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
+  SweepFeatures features =
+      ExtractFeatures(Deskew(kept, trajectory, *rig.lidar), kept, *rig.lidar, config);
+  OdometryEstimate reported{.state = state,
+                            .covariance = first.covariance,
+                            .degeneracy = first.degeneracies[i],
+                            .map = std::nullopt};
+  AddPoseCovariance(WorldError(state.T_world_body), reported.covariance);
+  result.estimates.push_back(std::move(reported));
+  result.clouds.push_back(std::make_shared<PointCloud>(features.cloud));
+  return features;
 }
 
 // What a start after a loss does not know of its place in the world: the drift until then and the

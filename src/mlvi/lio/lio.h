@@ -34,8 +34,11 @@ struct LioResult {
                           // ...; else empty
   // Ascending in time; each is valid at the last firing of its sweep, to which the sweep is
   // deskewed. Those of a start are one estimate from the same measurements: the last one is the
-  // first of the filter, and the map ties of the earlier ones tell their poses as seen from it.
+  // first of the filter, and the only one with a map tie.
   std::vector<OdometryEstimate> estimates;
+  // Of every estimate of a start but the last, its pose as seen from the last one, T_last_k (pose
+  // chart). Empty beside a single estimate.
+  std::vector<Matrix6d> relative;
   // One per estimate: the deskewed, thinned sweep in the body frame at that instant.
   std::vector<std::shared_ptr<const PointCloud>> clouds;
   // Figures of the last registration.

@@ -340,17 +340,34 @@ TEST(Lio, TheMapAgesByWhatIsNewToIt) {
   double age = 0.0;
   std::optional<double> new_share;  // of the sweep before
   for (const LioResult& result : outcome.results) {
-    for (const OdometryEstimate& estimate : result.estimates) {
-      ASSERT_TRUE(estimate.map.has_value());
-      EXPECT_GE(estimate.map->age, age);
-      if (new_share) {
-        EXPECT_NEAR(estimate.map->age - age, -std::log1p(-*new_share), 1e-12);
-      }
-      age = estimate.map->age;
+    if (result.estimates.empty()) continue;
+    const std::optional<MapTie>& tie = result.estimates.back().map;
+    ASSERT_TRUE(tie.has_value());
+    EXPECT_GE(tie->age, age);
+    if (new_share) {
+      EXPECT_NEAR(tie->age - age, -std::log1p(-*new_share), 1e-12);
     }
+    age = tie->age;
     if (result.estimates.size() == 1) new_share = result.new_share;  // a start tells not all of its
   }
   EXPECT_GT(age, 1.0);
+}
+
+TEST(Lio, OfAStartTheLastStateIsTiedToTheMapAndTheOthersToIt) {
+  const Outcome outcome =
+      Play({.motion = {.speed = 1.5}, .config = {}, .without_sweeps = {}, .without_imu = {}});
+  int starts = 0;
+  for (const LioResult& result : outcome.results) {
+    if (result.estimates.empty()) continue;
+    if (result.estimates.size() > 1) ++starts;
+    ASSERT_EQ(result.relative.size() + 1, result.estimates.size());
+    for (std::size_t i = 0; i < result.relative.size(); ++i) {
+      EXPECT_FALSE(result.estimates[i].map.has_value());
+      EXPECT_GT(result.relative[i].diagonal().minCoeff(), 0.0);
+    }
+    EXPECT_TRUE(result.estimates.back().map.has_value());
+  }
+  EXPECT_EQ(starts, 1);
 }
 
 TEST(LioContract, NeedsALidar) {

@@ -242,7 +242,7 @@ std::optional<StartResult> Start::TryStatic() {
   if (!at_rest || at_rest->states.empty()) return TryMoving();
   StartResult result{.states = {},
                      .covariance = at_rest->covariance,
-                     .relative = {},
+                     .relative = RelativeAtRest(),
                      .sweeps = {},
                      .degeneracies = {},
                      .method = "static",
@@ -255,7 +255,6 @@ std::optional<StartResult> Start::TryStatic() {
     state.stamp = kept.sweep.end();
     state.T_world_body = T_world_start * kept.T_start_body;
     result.states.push_back(state);
-    result.relative.push_back(RegisteredAtRest(kept) + RegisteredAtRest(kept_.back()));
   }
   AddSweeps(T_world_start.R(), result);
   return result;
@@ -269,6 +268,17 @@ Matrix6d Start::RegisteredAtRest(const Kept& kept) const {
   Matrix6d information = kept.degeneracy.information;
   information.diagonal() += rest.cwiseAbs2().cwiseInverse();
   return information.inverse();
+}
+
+// Sweeps are registered to the first, which has no error of its own; errors of the others are
+// independent.
+std::vector<Matrix6d> Start::RelativeAtRest() const {
+  const Matrix6d of_last = RegisteredAtRest(kept_.back());
+  std::vector<Matrix6d> relative;
+  for (const Kept& kept : kept_) relative.push_back(RegisteredAtRest(kept) + of_last);
+  relative.front() = of_last;
+  relative.back().setZero();
+  return relative;
 }
 
 void Start::AddSweeps(const Eigen::Matrix3d& R_world_start, StartResult& result) const {

@@ -17,7 +17,8 @@ namespace mlvi {
 struct StartResult {
   std::vector<NavState> states;
   Matrix15d covariance;  // of the last state
-  // For every state k, of its pose as seen from the last one, T_last_k (pose chart).
+  // For every state k, of its pose as seen from the last one, T_last_k (pose chart; zero for the
+  // last).
   std::vector<Matrix6d> relative;
   std::vector<LidarSweep> sweeps;
   // What the registration of each sweep told, no better than StartInformation(). The first one is
@@ -72,6 +73,7 @@ class Start {
   void AddSlowMotion(NavState& last, Matrix15d& covariance) const;
   void AddSweeps(const Eigen::Matrix3d& R_world_start, StartResult& result) const;
   Matrix6d RegisteredAtRest(const Kept& kept) const;
+  std::vector<Matrix6d> RelativeAtRest() const;
   std::optional<StartResult> TryStatic();
   std::optional<StartResult> TryMoving();
 

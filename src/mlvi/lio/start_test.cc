@@ -143,6 +143,64 @@ TEST(Start, TellsItsEarlierPosesAsSeenFromTheLast) {
   }
 }
 
+// Somebody who stands still, and whose sweep was taken from elsewhere: the error of its
+// registration.
+struct Displaced {
+  Pose3 T_true_seen;
+
+  Pose3 At(double /*t*/) const { return T_true_seen; }
+};
+
+// A start at rest from sweeps without duration, each but the first of which lies beside the body by
+// an error of the covariance that a start claims at best.
+std::optional<StartResult> StartFromDisplacedSweeps(std::uint64_t seed) {
+  const Rig rig = test::MakeTestRig();
+  const LioConfig config;
+  const test::ScanPattern sparse{.rings = 16, .columns = 180, .span = 0.0};
+  const Vector6d sigma = StartInformation().diagonal().cwiseSqrt().cwiseInverse();
+  RandomStream errors(seed, "registration");
+  Start start(config, rig);
+  std::optional<StartResult> result;
+  for (int k = 0; k < 20 && !result; ++k) {
+    Displaced from;
+    if (k > 0) {
+      Vector6d error;
+      for (int i = 0; i < 6; ++i) error[i] = sigma[i] * errors.Normal();
+      from.T_true_seen = BoxPlus(Pose3(), error);
+    }
+    const double t = (k + 1) * kPeriod;
+    result = start.Add(
+        test::Scan(test::FurnishedRoom(), from, *rig.lidar, t, kBegin, RandomStream(seed).Fork(k),
+                   sparse),
+        test::ImuRun(test::SteadyMotion{}, rig, t - kPeriod, t, kBegin, RandomStream(seed, "imu")));
+  }
+  return result;
+}
+
+// Normalised error squared of state k of a start at rest, as seen from the last one.
+double NeesAtRest(const StartResult& start, std::size_t k) {
+  const Pose3 T_last_k = start.states.back().T_world_body.inverse() * start.states[k].T_world_body;
+  const Vector6d error = BoxMinus(T_last_k, Pose3());
+  return error.dot(start.relative[k].llt().solve(error));
+}
+
+TEST(Start, AtRestEachSweepBringsItsOwnErrorButTheFirst) {
+  constexpr int kTrials = 50;
+  double first = 0.0, second = 0.0;  // means
+  for (int seed = 0; seed < kTrials; ++seed) {
+    const auto start = StartFromDisplacedSweeps(seed);
+    ASSERT_TRUE(start.has_value());
+    ASSERT_EQ(start->method, "static");
+    ASSERT_GT(start->states.size(), 2U);
+    EXPECT_EQ(start->relative.back().norm(), 0.0);
+    first += NeesAtRest(*start, 0) / kTrials;
+    second += NeesAtRest(*start, 1) / kTrials;
+  }
+  const double sigma = std::sqrt(2.0 * 6.0 / kTrials);
+  EXPECT_NEAR(first, 6.0, 4.0 * sigma);
+  EXPECT_NEAR(second, 6.0, 4.0 * sigma);
+}
+
 TEST(GyroTrajectory, IsTheSteadyMotionThatItsAnchorLiesOn) {
   const Rig rig = test::MakeTestRig();
   const test::SteadyMotion motion{.velocity = {1.6, -1.0, 0.4}, .rate = {0.5, -1.0, 2.0}};

@@ -91,7 +91,8 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   if (result.lost) current_.reset();
   if (result.gap) gap_ = result.gap;
   if (result.estimates.empty()) return;
-  TakeEstimates(result.estimates, result.clouds);
+  TakeEstimates(
+      {.estimates = result.estimates, .clouds = result.clouds, .relative = result.relative});
   if (visual_) visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
 }
 
@@ -104,15 +105,15 @@ void Slam::ProcessImages(const ImageSet& set) {
   if (lio_ || !result.estimate) return;
   if (result.motion) visual_motion_.Extend(*result.motion);
   const std::shared_ptr<const PointCloud> no_cloud;
-  TakeEstimates({&*result.estimate, 1}, {&no_cloud, 1});
+  TakeEstimates({.estimates = {&*result.estimate, 1}, .clouds = {&no_cloud, 1}, .relative = {}});
 }
 
-void Slam::TakeEstimates(std::span<const OdometryEstimate> estimates,
-                         std::span<const std::shared_ptr<const PointCloud>> clouds) {
+void Slam::TakeEstimates(const EstimateBatch& batch) {
+  const std::span<const OdometryEstimate> estimates = batch.estimates;
   for (const OdometryEstimate& estimate : estimates)
     odometry_.push_back({estimate.state.stamp, T_world_odometry_ * estimate.state.T_world_body});
   const std::size_t before = graph_.keyframes().size();
-  if (gap_ || graph_.WantsKeyframe(estimates.back().state)) AddKeyframes(estimates, clouds);
+  if (gap_ || graph_.WantsKeyframe(estimates.back().state)) AddKeyframes(batch);
   newest_ = InFrame(T_world_odometry_, estimates.back());
   PropagateFromNewest();
   for (const OdometryEstimate& estimate : estimates) Anchor(estimate, before);
@@ -139,11 +140,10 @@ void Slam::PropagateFromNewest() {
   }
 }
 
-void Slam::AddKeyframes(std::span<const OdometryEstimate> estimates,
-                        std::span<const std::shared_ptr<const PointCloud>> clouds) {
+void Slam::AddKeyframes(const EstimateBatch& batch) {
   const StageTimes::Scope scope(*times_, "graph");
-  const NavState& newest = estimates.back().state;
-  const Expected<GraphUpdate> update = AddToGraph(estimates, clouds);
+  const NavState& newest = batch.estimates.back().state;
+  const Expected<GraphUpdate> update = AddToGraph(batch);
   if (!update) {
     events_.Raise({.stamp = newest.stamp,
                    .severity = Severity::kWarning,
@@ -159,12 +159,12 @@ void Slam::AddKeyframes(std::span<const OdometryEstimate> estimates,
   }
 }
 
-Expected<GraphUpdate> Slam::AddToGraph(std::span<const OdometryEstimate> estimates,
-                                       std::span<const std::shared_ptr<const PointCloud>> clouds) {
-  if (graph_.keyframes().empty()) return graph_.Begin(estimates, clouds);
-  if (gap_) return graph_.BeginAfterGap(estimates, clouds, *gap_);
-  const Time from = graph_.keyframes().back().state.stamp, to = estimates.back().state.stamp;
-  return graph_.Add(estimates.back(), clouds.back(), imu_.Between(from, to), visual_motion_.To(to));
+Expected<GraphUpdate> Slam::AddToGraph(const EstimateBatch& batch) {
+  if (graph_.keyframes().empty()) return graph_.Begin(batch);
+  if (gap_) return graph_.BeginAfterGap(batch, *gap_);
+  const OdometryEstimate& last = batch.estimates.back();
+  const Time from = graph_.keyframes().back().state.stamp, to = last.state.stamp;
+  return graph_.Add(last, batch.clouds.back(), imu_.Between(from, to), visual_motion_.To(to));
 }
 
 // After the last keyframe no addition follows that would take up what is left to be linearised.

@@ -95,15 +95,12 @@ class Slam {
   void ProcessImu(const ImuSample& sample);
   void ProcessSweep(const LidarSweep& sweep);
   void ProcessImages(const ImageSet& set);
-  // All estimates that one measurement gave: one, or those of a start.
-  void TakeEstimates(std::span<const OdometryEstimate> estimates,
-                     std::span<const std::shared_ptr<const PointCloud>> clouds);
-  void AddKeyframes(std::span<const OdometryEstimate> estimates,
-                    std::span<const std::shared_ptr<const PointCloud>> clouds);
+  // All estimates that one measurement gave.
+  void TakeEstimates(const EstimateBatch& batch);
+  void AddKeyframes(const EstimateBatch& batch);
   void Anchor(const OdometryEstimate& estimate, std::size_t first_keyframe);
   bool TakesFeedback() const;
-  Expected<GraphUpdate> AddToGraph(std::span<const OdometryEstimate> estimates,
-                                   std::span<const std::shared_ptr<const PointCloud>> clouds);
+  Expected<GraphUpdate> AddToGraph(const EstimateBatch& batch);
   void SettleGraph();
   void PropagateFromNewest();
 

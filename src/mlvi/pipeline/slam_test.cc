@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
 
 #include "mlvi/lio/testing.h"
@@ -111,6 +113,39 @@ TEST(Slam, ALossLeavesNoStateUntilTheNewStartAndAGapInTheGraph) {
   EXPECT_LT(BoxMinus(moved, truth(first).inverse() * truth(last)).norm(), 0.03);
 }
 
+// How far `covariance` is from `expected`, in units of the latter: zero if they agree, at least 1
+// if along any direction the one is twice the other, or the first is zero.
+double Deviation(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& expected) {
+  const Eigen::MatrixXd W =
+      expected.llt().matrixL().solve(Eigen::MatrixXd::Identity(expected.rows(), expected.cols()));
+  return (W * covariance * W.transpose() -
+          Eigen::MatrixXd::Identity(expected.rows(), expected.cols()))
+      .norm();
+}
+
+// What no error of the tilt of the map touches: the position along the line to the origin, about
+// which the map tilts, and the heading. Rows on the position in the world and the rotation in the
+// body.
+Eigen::Matrix<double, 2, 6> UntiltedRows(const Pose3& T_world_body) {
+  Eigen::Matrix<double, 2, 6> rows = Eigen::Matrix<double, 2, 6>::Zero();
+  rows.block<1, 3>(0, 0) = T_world_body.translation().normalized().transpose();
+  rows.block<1, 3>(1, 3) = T_world_body.R().row(2);
+  return rows;
+}
+
+// Of the pose, position in the world and rotation in the body, that the last state of a start
+// claims to have in the map.
+Matrix6d PoseInMap(const OdometryEstimate& estimate) {
+  Matrix6d J = Matrix6d::Identity();
+  J.topLeftCorner<3, 3>() = estimate.state.T_world_body.R();
+  return J * estimate.map->covariance * J.transpose();
+}
+
+Matrix6d PoseBlock(const Matrix15d& covariance) {
+  const std::array<int, 6> pose = {0, 1, 2, 6, 7, 8};  // p, v, R, ...
+  return covariance(pose, pose);
+}
+
 TEST(Slam, TheGraphBeginsWithTheLastStateOfAStart) {
   Slam slam(CorrectingConfig(GraphFeedback::kNever), test::MakeTestRig());
   const test::SwingMotion motion{.speed = 1.5};
@@ -120,10 +155,19 @@ TEST(Slam, TheGraphBeginsWithTheLastStateOfAStart) {
   const std::size_t of_the_start = slam.graph().keyframes().size();
   ASSERT_GT(of_the_start, 3U);
   EXPECT_EQ(slam.graph().keyframes().back().state.stamp, slam.odometry().back().stamp);
-  // The graph takes over what the start says of its last state.
+  // The graph takes over what the start says of its last state, but for the floor of the prior.
   const GraphUpdate begin = *slam.graph().newest();
-  EXPECT_LT((begin.covariance - slam.newest()->covariance).norm(),
-            1e-3 * slam.newest()->covariance.norm());
+  const OdometryEstimate& last = *slam.newest();
+  Matrix15d claimed = last.covariance;
+  claimed.diagonal().head<3>().array() += 1e-8;
+  claimed.diagonal().segment<3>(nav_index::kRotation).array() += 1e-8;
+  EXPECT_LT(Deviation(begin.covariance, claimed), 1e-4);
+  // And that is its place in the map, once.
+  const Eigen::Matrix<double, 2, 6> rows = UntiltedRows(last.state.T_world_body);
+  const Matrix6d in_map = PoseInMap(last) + 1e-8 * Matrix6d::Identity();
+  EXPECT_LT(Deviation(rows * PoseBlock(begin.covariance) * rows.transpose(),
+                      rows * in_map * rows.transpose()),
+            1e-4);
   Play(k * kPeriod, (k + 10.5) * kPeriod, motion, slam);
   slam.Finish();
   EXPECT_TRUE(slam.graph().converged());
