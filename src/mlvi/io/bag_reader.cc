@@ -234,13 +234,12 @@ void BagReader::UnpackAhead() {
 }
 
 void BagReader::LoadChunk(std::uint64_t position) {
-  auto job = ahead_.extract(position);
-  if (job.empty()) {
+  if (!ahead_.contains(position)) {
     auto packed = ReadPacked(position);
     if (!packed) return ReportDamage(position, packed.error());
     ahead_.emplace(position, ChunkJob(background_, *std::move(packed)));
-    job = ahead_.extract(position);
   }
+  const auto job = ahead_.extract(position);
   UnpackAhead();
   const PackedChunk& packed = job.mapped().packed();
   Decompressed unpacked = job.mapped().Take();

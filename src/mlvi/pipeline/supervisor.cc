@@ -133,20 +133,12 @@ void Supervisor::ObserveTracking(const LidarSweep& sweep, const LioResult& resul
 void Supervisor::ObserveReset(const LidarSweep& sweep, const LioResult& result) {
   if (result.lost) {
     odometry_.resets.push_back({.lost = sweep.stamp, .resumed = Time(), .reason = result.reason});
-    odometry_.lost = true;
-    odometry_.lost_reason =
-        fmt::format("track lost at {}: {}", ToString(sweep.stamp), result.reason);
     failures_in_a_row_ = 0;
-    events_.Raise(
-        {.stamp = sweep.stamp,
-         .severity = Severity::kError,
-         .source = "lio",
-         .message =
-             odometry_.lost_reason +
-             ". What was estimated before is kept. If the recording was interrupted here, evaluate "
-             "its parts "
-             "one by one; else see whether LiDAR and IMU deliver (gaps in the summary), or raise "
-             "lio.lost_after."});
+    DeclareLost(
+        sweep.stamp, fmt::format("track lost at {}: {}", ToString(sweep.stamp), result.reason),
+        "What was estimated before is kept. If the recording was interrupted here, evaluate "
+        "its parts one by one; else see whether LiDAR and IMU deliver (gaps in the "
+        "summary), or raise lio.lost_after.");
   }
   if (odometry_.resets.empty() || odometry_.resets.back().resumed.valid()) return;
   ResetReport& reset = odometry_.resets.back();
@@ -169,19 +161,22 @@ void Supervisor::ObserveFailures(const LidarSweep& sweep, const LioResult& resul
       result.status == LioResult::Status::kTracking && (result.converged || result.gap);
   failures_in_a_row_ = registered ? 0 : failures_in_a_row_ + 1;
   if (failures_in_a_row_ != config_.lost_after_sweeps) return;
+  DeclareLost(sweep.stamp,
+              fmt::format("{} sweeps in a row before {} without a valid registration (last: {} "
+                          "correspondences{}{})",
+                          config_.lost_after_sweeps, ToString(sweep.stamp), result.correspondences,
+                          result.reason.empty() ? "" : ", ", result.reason),
+              "Likely wrong extrinsics, a LiDAR that sees too little, or motion beyond the IMU's "
+              "range; the poses from there on are not to be trusted.");
+}
+
+void Supervisor::DeclareLost(Time stamp, const std::string& reason, const std::string& advice) {
   odometry_.lost = true;
-  odometry_.lost_reason = fmt::format(
-      "{} sweeps in a row before {} without a valid registration (last: {} correspondences{}{})",
-      config_.lost_after_sweeps, ToString(sweep.stamp), result.correspondences,
-      result.reason.empty() ? "" : ", ", result.reason);
-  events_.Raise(
-      {.stamp = sweep.stamp,
-       .severity = Severity::kError,
-       .source = "lio",
-       .message =
-           odometry_.lost_reason +
-           ". Likely wrong extrinsics, a LiDAR that sees too little, or motion beyond the IMU's "
-           "range; the poses from there on are not to be trusted."});
+  odometry_.lost_reason = reason;
+  events_.Raise({.stamp = stamp,
+                 .severity = Severity::kError,
+                 .source = "lio",
+                 .message = reason + ". " + advice});
 }
 
 void Supervisor::ObservePace(const std::string& name, Pace& pace, Time now,

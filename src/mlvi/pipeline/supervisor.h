@@ -98,6 +98,7 @@ class Supervisor {
   void ObserveTracking(const LidarSweep& sweep, const LioResult& result);
   void ObserveReset(const LidarSweep& sweep, const LioResult& result);
   void ObserveFailures(const LidarSweep& sweep, const LioResult& result);
+  void DeclareLost(Time stamp, const std::string& reason, const std::string& advice);
 
   SupervisorConfig config_;
   ImuWatch imu_;
