@@ -5,6 +5,8 @@
 
 #include <sys/resource.h>
 
+#include <numbers>
+
 namespace {
 
 using nlohmann::ordered_json;
@@ -92,6 +94,17 @@ ordered_json Odometry(const mlvi::Slam& slam) {
   return odometry;
 }
 
+// Of a camera's estimated place from what the rig file says.
+ordered_json Deviation(const mlvi::CalibrationDeviation& deviation, std::size_t camera) {
+  if (camera >= deviation.cameras.size()) return nullptr;
+  const mlvi::CalibrationDeviation::Camera& d = deviation.cameras[camera];
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  return {{"rotation_deg", kDegrees * d.rotation},
+          {"rotation_sigma_deg", kDegrees * d.rotation_sigma},
+          {"translation_m", d.translation},
+          {"translation_sigma_m", d.translation_sigma}};
+}
+
 // The visual odometry: its own figures and, per camera, how much it gives and how well it fits.
 ordered_json Visual(const mlvi::Slam& slam) {
   if (slam.visual() == nullptr) return nullptr;
@@ -104,7 +117,8 @@ ordered_json Visual(const mlvi::Slam& slam) {
                                                                     static_cast<double>(fit.sets())
                                                               : 0.0},
                                {"rms_px", figures.rms_px()},
-                               {"rejected_share", figures.rejected_share()}};
+                               {"rejected_share", figures.rejected_share()},
+                               {"deviation", Deviation(fit.deviation(), i)}};
   }
   return {{"image_sets", report.sets},
           {"image_sets_tracking", report.sets_tracking},

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "mlvi/eval/evaluation.h"
@@ -122,6 +123,7 @@ class VisualRun : public ::testing::Test {
 
   void ExpectCamerasAloneToDo();
   void ExpectFaultsToBeReportedAndSurvived();
+  void ExpectAWrongMountToBeFoundAndNamed();
   void ExpectNoChangeOfTheLidarsEstimate();
 
   std::string Path(const std::string& name) const { return (temporary_.path() / name).string(); }
@@ -194,6 +196,25 @@ void VisualRun::ExpectFaultsToBeReportedAndSurvived() {
   EXPECT_LT(Ate("trajectory.tum", 40), 0.4);
 }
 
+void VisualRun::ExpectAWrongMountToBeFoundAndNamed() {
+  Write();
+  Rig wrong = Original().rig;
+  Pose3& T_body_camera = wrong.cameras[1].T_body_camera;
+  const Eigen::Vector3d turn(0.0, 3.0 * std::numbers::pi / 180.0, 0.0);
+  T_body_camera = T_body_camera * Pose3(ExpSo3(turn), Eigen::Vector3d::Zero());
+  ASSERT_TRUE(SaveRig(wrong, Path("rig.yaml")));
+  ASSERT_EQ(Run("--no-lidar --cameras all"), 0) << output_;
+  EXPECT_EQ(summary_["status"], "degraded");
+  EXPECT_EQ(summary_["streams"]["left"]["health"], "healthy") << summary_["streams"]["left"];
+  EXPECT_THAT(summary_["streams"]["right"]["reason"].get<std::string>(),
+              HasSubstr("does not fit the rig file: turned by"));
+  const auto& deviation = summary_["visual"]["cameras"]["right"]["deviation"];
+  EXPECT_NEAR(deviation["rotation_deg"].get<double>(), 3.0,
+              4.0 * deviation["rotation_sigma_deg"].get<double>());
+  EXPECT_LT(deviation["rotation_sigma_deg"].get<double>(), 0.3);
+  EXPECT_LT(Ate("trajectory.tum", 40), 0.25);
+}
+
 void VisualRun::ExpectNoChangeOfTheLidarsEstimate() {
   Write();
   ASSERT_EQ(Run(""), 0) << output_;
@@ -210,6 +231,7 @@ void VisualRun::ExpectNoChangeOfTheLidarsEstimate() {
 TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
   ExpectCamerasAloneToDo();
   ExpectFaultsToBeReportedAndSurvived();
+  ExpectAWrongMountToBeFoundAndNamed();
   ExpectNoChangeOfTheLidarsEstimate();
 }
 

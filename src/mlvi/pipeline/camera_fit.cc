@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace mlvi {
 namespace {
@@ -17,6 +18,19 @@ constexpr double kBadRms = 1.5;         // px
 constexpr double kBadRejection = 0.15;  // share
 // Fewer observations say nothing.
 constexpr std::int64_t kEnough = 200;
+
+// A deviation from the rig file beyond these is worth the user's attention, provided that it is
+// certain.
+constexpr double kTurned = 0.5 * std::numbers::pi / 180.0;  // rad
+constexpr double kMoved = 0.03;                             // m
+constexpr double kLater = 0.005;                            // s
+constexpr double kCertain = 5.0;                            // sigmas
+
+bool Stands(double deviation, double sigma, double limit) {
+  return deviation > limit && deviation > kCertain * sigma;
+}
+
+double Degrees(double rad) { return rad * 180.0 / std::numbers::pi; }
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -37,6 +51,9 @@ double CameraFit::Figures::rejected_share() const {
 
 void CameraFit::Add(const VioResult& result) {
   ++sets_;
+  if (result.status == VioResult::Status::kTracking && !result.calibration.cameras.empty()) {
+    deviation_ = result.calibration;
+  }
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     Figures& figures = figures_[i];
     if (i < result.tracking.cameras.size()) {
@@ -54,10 +71,38 @@ void CameraFit::Add(const VioResult& result) {
 }
 
 Health CameraFit::Judge(int camera) const {
-  const Figures& own = figures_[static_cast<std::size_t>(camera)];
+  const auto index = static_cast<std::size_t>(camera);
+  if (Health health = JudgeCalibration(index); health.level != HealthLevel::kHealthy) return health;
+  return JudgeAmongOthers(index);
+}
+
+Health CameraFit::JudgeCalibration(std::size_t camera) const {
+  if (camera >= deviation_.cameras.size()) return {};
+  const CalibrationDeviation::Camera& own = deviation_.cameras[camera];
+  if (Stands(own.rotation, own.rotation_sigma, kTurned) ||
+      Stands(own.translation, own.translation_sigma, kMoved)) {
+    return {HealthLevel::kDegraded,
+            fmt::format("does not fit the rig file: turned by {:.2f} deg (sigma {:.2f}) and moved "
+                        "by {:.0f} mm (sigma {:.0f}) against it. Likely wrong extrinsics or "
+                        "intrinsics of this camera; the estimate uses what it found.",
+                        Degrees(own.rotation), Degrees(own.rotation_sigma), 1e3 * own.translation,
+                        1e3 * own.translation_sigma)};
+  }
+  if (Stands(std::abs(deviation_.time_offset), deviation_.time_offset_sigma, kLater)) {
+    return {HealthLevel::kDegraded,
+            fmt::format("does not fit the rig file: all images are taken {:.1f} ms (sigma {:.1f}) "
+                        "later than it says. Likely a wrong time offset of cameras or IMU; the "
+                        "estimate uses what it found.",
+                        1e3 * deviation_.time_offset, 1e3 * deviation_.time_offset_sigma)};
+  }
+  return {};
+}
+
+Health CameraFit::JudgeAmongOthers(std::size_t camera) const {
+  const Figures& own = figures_[camera];
   std::vector<double> rms, rejected;
   for (std::size_t i = 0; i < figures_.size(); ++i) {
-    if (i == static_cast<std::size_t>(camera) || figures_[i].followed < kEnough) continue;
+    if (i == camera || figures_[i].followed < kEnough) continue;
     rms.push_back(figures_[i].rms_px());
     rejected.push_back(figures_[i].rejected_share());
   }

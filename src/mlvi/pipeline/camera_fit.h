@@ -11,9 +11,10 @@
 
 namespace mlvi {
 
-// How well each camera agrees with the common motion: the residuals of its features in the window
-// and the share of its tracks that the RANSAC turns down. One camera that stands out has a wrong
-// calibration, most likely.
+// How well each camera agrees with the rig file and with the common motion: how far its estimated
+// place is from the file's, the residuals of its features in the window, and the share of its
+// tracks that the RANSAC turns down. One camera that stands out has a wrong calibration, most
+// likely.
 class CameraFit {
  public:
   struct Figures {
@@ -30,16 +31,23 @@ class CameraFit {
       : names_(std::move(names)), figures_(names_.size()) {}
 
   void Add(const VioResult& result);
-  // Healthy, or degraded with the figures of this camera and of the others.
+  // Healthy, or degraded with the figures: of its deviation from the rig file, or else of this
+  // camera and of the others.
   Health Judge(int camera) const;
 
   const std::vector<Figures>& figures() const { return figures_; }
   const std::vector<std::string>& names() const { return names_; }
   std::int64_t sets() const { return sets_; }
+  // The newest that was estimated.
+  const CalibrationDeviation& deviation() const { return deviation_; }
 
  private:
+  Health JudgeCalibration(std::size_t camera) const;
+  Health JudgeAmongOthers(std::size_t camera) const;
+
   std::vector<std::string> names_;
   std::vector<Figures> figures_;
+  CalibrationDeviation deviation_;
   std::int64_t sets_ = 0;
 };
 

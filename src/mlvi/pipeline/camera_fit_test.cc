@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace mlvi {
 namespace {
 
@@ -48,6 +50,41 @@ TEST(CameraFit, TheOneWithLargeResidualsIsNamedWithFigures) {
 TEST(CameraFit, TheOneWhoseTracksAreRejectedIsNamed) {
   const CameraFit fit = After(20, Result({0.5, 0.6, 0.6}, {1, 1, 20}));
   EXPECT_THAT(fit.Judge(2).reason, HasSubstr("40 % of its tracks rejected (others 2 %)"));
+}
+
+// What the window estimates of three cameras: the second turned and moved against the rig file.
+VioResult Deviating(double rotation_deg, double rotation_sigma_deg, double moved) {
+  VioResult result = Result({0.3, 0.3, 0.3}, {1, 1, 1});
+  result.calibration.cameras.resize(3);
+  constexpr double kRadians = std::numbers::pi / 180.0;
+  result.calibration.cameras[1] = {kRadians * rotation_deg, kRadians * rotation_sigma_deg, moved,
+                                   0.001};
+  return result;
+}
+
+TEST(CameraFit, TheOneThatIsNotWhereTheRigFileHasItIsNamed) {
+  const CameraFit fit = After(20, Deviating(1.02, 0.03, 0.004));
+  EXPECT_THAT(fit.Judge(1).reason,
+              HasSubstr("turned by 1.02 deg (sigma 0.03) and moved by 4 mm (sigma 1)"));
+  EXPECT_EQ(fit.Judge(1).level, HealthLevel::kDegraded);
+  EXPECT_EQ(fit.Judge(0).level, HealthLevel::kHealthy);
+  EXPECT_EQ(After(20, Deviating(0.0, 0.1, 0.04)).Judge(1).level, HealthLevel::kDegraded);
+}
+
+TEST(CameraFit, WhatIsSmallOrUncertainIsNoDeviation) {
+  EXPECT_EQ(After(20, Deviating(0.4, 0.01, 0.02)).Judge(1).level, HealthLevel::kHealthy);
+  EXPECT_EQ(After(20, Deviating(1.0, 0.3, 0.0)).Judge(1).level, HealthLevel::kHealthy);
+}
+
+TEST(CameraFit, AWrongTimeOffsetIsToldOfAllCameras) {
+  VioResult result = Deviating(0.0, 0.1, 0.0);
+  result.calibration.time_offset = 0.010;
+  result.calibration.time_offset_sigma = 0.0002;
+  EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) later"));
+  // A set without estimate takes nothing back.
+  CameraFit fit = After(20, result);
+  fit.Add({});
+  EXPECT_EQ(fit.Judge(2).level, HealthLevel::kDegraded);
 }
 
 TEST(CameraFit, OneCameraAloneOrTooFewObservationsSayNothing) {

@@ -42,7 +42,7 @@ bool NeedsIntegration(const PreintegratedImu& motion, const ImuBias& bias, doubl
 SlidingWindow::SlidingWindow(const WindowConfig& config, const KeyframeConfig& keyframes,
                              const ImuSpec& imu, double gravity, const VioCalibration& calibration)
     : config_(config), keyframes_(keyframes), imu_(imu), gravity_(gravity) {
-  window_.calibration = calibration;
+  window_.calibration = window_.nominal = calibration;
 }
 
 void SlidingWindow::Clear() {
@@ -131,16 +131,21 @@ void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estim
   const WindowLayout layout = window_.Layout(config_);
   const int count = static_cast<int>(window_.frames.size());
   const int frames = std::min(count, 2), first = layout.frame(count - frames);
-  const auto columns = InverseColumns(solution.information.H, first, frames * frame_index::kSize);
+  // The last two frames, and the calibration behind them.
+  const auto columns = InverseColumns(solution.information.H, first, layout.size() - first);
   estimate.solved = columns.has_value();
   if (!columns) return;
   const WindowFrame& newest = window_.frames.back();
   const Matrix15d J = ErrorByFrameStep(newest.state.T_world_body.R());
-  const Matrix15d marginal = columns->block<15, 15>(layout.frame(count - 1), columns->cols() - 15);
+  const int last = layout.frame(count - 1);
+  const Matrix15d marginal = columns->block<15, 15>(last, last - first);
   estimate.newest.covariance = J * (0.5 * (marginal + marginal.transpose())) * J.transpose();
+  estimate.calibration = DeviationFromNominal(
+      window_.calibration, window_.nominal, layout,
+      columns->bottomRightCorner(layout.calibration_size(), layout.calibration_size()));
   if (frames < 2) return;
   const WindowFrame& before = window_.frames[static_cast<std::size_t>(count) - 2];
-  const Eigen::MatrixXd joint = columns->middleRows(first, 30);
+  const Eigen::MatrixXd joint = columns->block<30, 30>(first, 0);
   Eigen::Matrix<double, 12, 12> poses;
   poses << joint.block<6, 6>(0, 0), joint.block<6, 6>(0, 15), joint.block<6, 6>(15, 0),
       joint.block<6, 6>(15, 15);

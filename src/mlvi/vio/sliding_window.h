@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mlvi/state/estimates.h"
+#include "mlvi/vio/calibration_deviation.h"
 #include "mlvi/vio/keyframe_policy.h"
 #include "mlvi/vio/window.h"
 #include "mlvi/vio/window_solver.h"
@@ -24,6 +25,7 @@ struct WindowEstimate {
   double rms_px = 0.0;                // of bearings, per axis
   std::vector<double> camera_rms_px;  // per camera; 0 without bearings
   double imu_chi_square = 0.0;        // of the newest IMU factor; 15 degrees of freedom
+  CalibrationDeviation calibration;   // from the rig file
 };
 
 // Visual-inertial estimation over a window of keyframes and the newest frame (VINS-Mono's scheme of

@@ -136,6 +136,7 @@ struct VioWindow {
   std::vector<WindowFrame> frames;  // in the order of time
   std::vector<WindowFeature> features;
   VioCalibration calibration;
+  VioCalibration nominal;  // as the rig file has it
   WindowPrior prior;
 
   int FindFrame(FrameId id) const;  // index, -1 if there is none

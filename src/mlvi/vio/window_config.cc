@@ -20,12 +20,15 @@ void WindowConfig::Declare(ConfigDeclaration& d) {
   d.Field("extrinsics", extrinsics, {"off", "rig", "cameras"},
           "Estimate where the cameras are: all as one, or each");
   d.Field("extrinsics_rotation_sigma", extrinsics_rotation_sigma, "rad",
-          "How well the rig file knows the rotation of cameras", {1e-6, 1.0});
+          "How well the rig file knows the rotation of cameras when it is not plainly wrong",
+          {1e-6, 1.0});
   d.Field("extrinsics_translation_sigma", extrinsics_translation_sigma, "m",
-          "How well the rig file knows the place of cameras", {1e-6, 1.0});
+          "How well the rig file knows the place of cameras when it is not plainly wrong",
+          {1e-6, 1.0});
   d.Field("time_offset", time_offset, "Estimate how much later than their stamps images are taken");
   d.Field("time_offset_sigma", time_offset_sigma, "s",
-          "How well stamps of images are known on the IMU's clock", {1e-6, 1.0});
+          "How well stamps of images are known on the IMU's clock, when not plainly wrong",
+          {1e-6, 1.0});
   d.Field("max_iterations", max_iterations, "", "Of the solver per set of images", {1.0, 100.0});
   d.Field("min_decrease", min_decrease, "",
           "The solver ends when a step lowers the objective by less than this (1: one sigma^2 / 2)",

@@ -25,10 +25,10 @@ struct WindowConfig {
   double pixel_drift = 0.1;
   BearingLoss loss = BearingLoss::kCauchy;
   double loss_scale = 1.0;
-  ExtrinsicsCalibration extrinsics = ExtrinsicsCalibration::kOff;
-  double extrinsics_rotation_sigma = 0.01;
-  double extrinsics_translation_sigma = 0.01;
-  bool time_offset = false;
+  ExtrinsicsCalibration extrinsics = ExtrinsicsCalibration::kCameras;
+  double extrinsics_rotation_sigma = 0.001;
+  double extrinsics_translation_sigma = 0.002;
+  bool time_offset = true;
   double time_offset_sigma = 0.01;
   int max_iterations = 4;
   double min_decrease = 1e-3;

@@ -8,6 +8,7 @@
 #include "mlvi/base/parallel.h"
 #include "mlvi/imu/imu_residual.h"
 #include "mlvi/vio/bearing_factor.h"
+#include "mlvi/vio/calibration_prior.h"
 
 namespace mlvi {
 namespace {
@@ -412,6 +413,7 @@ LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, 
     if (selection.rest) AddRest(window, i, system);
   }
   if (selection.prior) AddPrior(window, system);
+  if (selection.calibration) AddCalibrationPrior(window, config, system);
   return system;
 }
 
@@ -429,6 +431,7 @@ double WindowCost(const VioWindow& window, const WindowConfig& config, double gr
     cost += 0.5 * ImuError(window, i, gravity).squaredNorm();
   }
   for (const WindowFrame& frame : window.frames) cost += RestCost(frame);
+  cost += CalibrationPriorCost(window, config);
   if (!window.prior.blocks.empty()) {
     cost += 0.5 * PriorError(window, window.Layout(config)).squaredNorm();
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The mlvi authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Normal equations of the window: bearings, LiDAR depths, IMU, rest, prior.
+// Normal equations of the window: bearings, LiDAR depths, IMU, rest, prior, what the rig file says.
 //
 // Every feature has one unknown of its own, its inverse depth, and is connected to nothing else: it
 // is eliminated by a division. What is left couples poses and calibration only, densely, which is
@@ -25,6 +25,7 @@ struct FactorSelection {
   // Of IMU and rest only what knows the first frame: the connection to the second, its own rest.
   bool first_only = false;
   bool prior = true;
+  bool calibration = true;  // what the rig file says
 };
 
 // Squared residuals in pixels, before robust weighting.

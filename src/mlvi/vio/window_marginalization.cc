@@ -121,7 +121,8 @@ bool SeesFrame(const WindowFeature& feature, FrameId frame) {
 // The features that go with the first frame: their window, without them changed.
 std::vector<std::size_t> KnownFeatures(const VioWindow& window, const WindowConfig& config) {
   const LinearizedWindow system = Linearize(
-      window, config, 0.0, {.bearings = true, .imu = false, .rest = false, .prior = false});
+      window, config, 0.0,
+      {.bearings = true, .imu = false, .rest = false, .prior = false, .calibration = false});
   std::vector<std::size_t> known;
   for (std::size_t f = 0; f < window.features.size(); ++f) {
     const double information = system.feature_information[static_cast<Eigen::Index>(f)];
@@ -172,18 +173,6 @@ WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
   prior.sqrt_information.topLeftCorner<15, 15>() =
       llt.matrixL().solve(Matrix15d(Matrix15d::Identity()));
   prior.residual = Eigen::VectorXd::Zero(size);
-  if (layout.calibration_size() > 0) {
-    prior.blocks.push_back({FrameId(), 0, layout.calibration_size()});
-    Eigen::VectorXd sigmas(layout.calibration_size());
-    const int poses = (layout.calibration_size() - (layout.has_time() ? 1 : 0)) / 6;
-    for (int i = 0; i < poses; ++i) {
-      sigmas.segment<3>(6 * i).setConstant(config.extrinsics_translation_sigma);
-      sigmas.segment<3>(6 * i + 3).setConstant(config.extrinsics_rotation_sigma);
-    }
-    if (layout.has_time()) sigmas[layout.time()] = config.time_offset_sigma;
-    prior.sqrt_information.bottomRightCorner(sigmas.size(), sigmas.size()) =
-        sigmas.cwiseInverse().asDiagonal();
-  }
   return prior;
 }
 
@@ -213,7 +202,8 @@ void MarginalizeFirstFrame(VioWindow& window, const WindowConfig& config, double
   MLVI_CHECK(window.frames.size() >= 3, "{} frames", window.frames.size());
   const FrameId first = window.frames.front().id;
   const VioWindow part = TakePart(window, config);
-  const LinearizedWindow system = Linearize(part, config, gravity, {.first_only = true});
+  const LinearizedWindow system =
+      Linearize(part, config, gravity, {.first_only = true, .calibration = false});
   window.prior = PriorWithoutFirstFrame(window, system);
   ForgetObservations(window, first, config);
   window.frames.erase(window.frames.begin());

@@ -10,8 +10,8 @@
 
 namespace mlvi {
 
-// A prior on a window of one frame: the covariance of its state (coordinates of frame_index) and
-// the sigmas of the calibration in `config`.
+// A prior on a window of one frame: the covariance of its state (coordinates of frame_index).
+// Nothing is known of the calibration but what the rig file says (calibration_prior.h).
 WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
                        const WindowConfig& config);
 

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mlvi/vio/window.h"
+
+namespace mlvi {
+
+// How far the estimated calibration is from what the rig file says, with standard deviations of the
+// estimate.
+struct CalibrationDeviation {
+  struct Camera {
+    double rotation = 0.0, rotation_sigma = 0.0;        // rad
+    double translation = 0.0, translation_sigma = 0.0;  // m
+  };
+  std::vector<Camera> cameras;                        // empty: extrinsics are not estimated
+  double time_offset = 0.0, time_offset_sigma = 0.0;  // s; the sigma is 0 when it is not estimated
+};
+
+// `covariance`: of the calibration's coordinates, as `layout` orders them.
+CalibrationDeviation DeviationFromNominal(const VioCalibration& calibration,
+                                          const VioCalibration& nominal, const WindowLayout& layout,
+                                          const Eigen::MatrixXd& covariance);
+
+}  // namespace mlvi

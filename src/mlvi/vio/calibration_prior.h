@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the rig file says about the calibration that the window estimates: mostly right, now and
+// then plainly wrong. So its errors have heavy tails (Cauchy's kernel): where images agree with the
+// file to some sigmas its values hold, also along directions that the motion says little about;
+// where they contradict it clearly it is given up. It stays outside of the window's prior, since
+// its weight depends on the estimate.
+#pragma once
+
+#include "mlvi/vio/window.h"
+#include "mlvi/vio/window_linearization.h"
+
+namespace mlvi {
+
+// The sum over rotation and position of every pose that is estimated, and over the time offset, of
+// rho(|deviation|^2 / sigma^2) / 2. The deviation is from window.nominal.
+double CalibrationPriorCost(const VioWindow& window, const WindowConfig& config);
+
+// Adds its normal equations, reweighted at the present calibration, and its cost.
+void AddCalibrationPrior(const VioWindow& window, const WindowConfig& config,
+                         LinearizedWindow& system);
+
+}  // namespace mlvi

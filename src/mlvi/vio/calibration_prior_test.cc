@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/vio/calibration_prior.h"
+
+#include <gtest/gtest.h>
+
+#include "mlvi/vio/calibration_deviation.h"
+
+namespace mlvi {
+namespace {
+
+// Two cameras, of which the second is turned by `rotation` and then moved along its own axes.
+VioWindow WindowWith(const Eigen::Vector3d& rotation, const Eigen::Vector3d& moved) {
+  VioWindow window;
+  window.nominal.T_pano_camera = {Pose3(ExpSo3({0.3, -1.2, 0.4}), {0.1, 0.0, 0.05}),
+                                  Pose3(ExpSo3({-0.8, 0.2, 2.0}), {-0.1, 0.02, 0.0})};
+  window.calibration = window.nominal;
+  const Pose3& T = window.nominal.T_pano_camera[1];
+  window.calibration.T_pano_camera[1] =
+      Pose3(T.rotation() * ExpSo3(rotation), T.translation() + T.R() * moved);
+  return window;
+}
+
+LinearizedWindow PriorOf(const VioWindow& window, const WindowConfig& config) {
+  LinearizedWindow system;
+  system.layout = window.Layout(config);
+  system.H = Eigen::MatrixXd::Zero(system.layout.size(), system.layout.size());
+  system.b = Eigen::VectorXd::Zero(system.layout.size());
+  AddCalibrationPrior(window, config, system);
+  return system;
+}
+
+// A small deviation is held by the full information of the sigmas, one of twenty sigmas by less
+// than a hundredth of it: its pull falls with the distance.
+TEST(CalibrationPriorTest, LetsGoWhatIsPlainlyWrong) {
+  const WindowConfig config;
+  const double sigma = config.extrinsics_rotation_sigma;
+  const auto at = [&](double sigmas) {
+    return PriorOf(WindowWith({0.0, sigmas * sigma, 0.0}, {0.0, 0.0, 0.0}), config);
+  };
+  const int coordinate = at(0.0).layout.calibration() + at(0.0).layout.camera(1) + 4;
+  EXPECT_NEAR(at(0.01).H(coordinate, coordinate) * sigma * sigma, 1.0, 1e-3);
+  EXPECT_LT(at(20.0).H(coordinate, coordinate) * sigma * sigma, 0.01);
+  EXPECT_LT(at(20.0).b[coordinate], 0.0);  // back to the rig file
+  EXPECT_GT(at(20.0).b[coordinate], at(1.0).b[coordinate]);
+  // The other camera and the position of this one are held as before.
+  EXPECT_EQ(at(20.0).H(coordinate - 6, coordinate - 6), at(0.0).H(coordinate - 6, coordinate - 6));
+  EXPECT_EQ(at(20.0).H(coordinate - 3, coordinate - 3), at(0.0).H(coordinate - 3, coordinate - 3));
+}
+
+TEST(CalibrationPriorTest, SaysNothingWhereNothingIsEstimated) {
+  WindowConfig config;
+  config.extrinsics = ExtrinsicsCalibration::kOff;
+  config.time_offset = false;
+  const VioWindow window = WindowWith({0.1, 0.0, 0.0}, {0.1, 0.0, 0.0});
+  EXPECT_EQ(CalibrationPriorCost(window, config), 0.0);
+  EXPECT_EQ(PriorOf(window, config).H.size(), 0);
+}
+
+TEST(CalibrationDeviationTest, IsTheAngleAndTheWayWithSigmasAlongThem) {
+  const WindowConfig config;
+  VioWindow window = WindowWith({0.0, 0.02, 0.0}, {0.0, 0.0, -0.05});
+  window.calibration.time_offset = -0.003;
+  const WindowLayout layout = window.Layout(config);
+  Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(layout.calibration_size(), 1.0);
+  sigmas[layout.camera(1) + 2] = 0.004;  // position along the camera's z
+  sigmas[layout.camera(1) + 4] = 0.001;  // rotation about its y
+  sigmas[layout.time()] = 0.0002;
+  const CalibrationDeviation deviation = DeviationFromNominal(
+      window.calibration, window.nominal, layout, sigmas.cwiseAbs2().asDiagonal().toDenseMatrix());
+  ASSERT_EQ(deviation.cameras.size(), 2U);
+  EXPECT_EQ(deviation.cameras[0].rotation, 0.0);
+  EXPECT_EQ(deviation.cameras[0].translation, 0.0);
+  EXPECT_NEAR(deviation.cameras[1].rotation, 0.02, 1e-12);
+  EXPECT_NEAR(deviation.cameras[1].rotation_sigma, 0.001, 1e-9);
+  EXPECT_NEAR(deviation.cameras[1].translation, 0.05, 1e-12);
+  // The shift is seen in the turned axes: 0.02 rad of the 1 m that is known across.
+  EXPECT_NEAR(deviation.cameras[1].translation_sigma, std::hypot(0.004, std::sin(0.02)), 1e-4);
+  EXPECT_EQ(deviation.time_offset, -0.003);
+  EXPECT_NEAR(deviation.time_offset_sigma, 0.0002, 1e-12);
+}
+
+}  // namespace
+}  // namespace mlvi
