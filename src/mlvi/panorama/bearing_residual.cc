@@ -6,6 +6,8 @@ namespace mlvi {
 namespace {
 
 constexpr double kAtOrigin = 1e-6;
+// m. Rays of a camera that pass S nearer than this span no plane with it, and need none.
+constexpr double kThroughCenter = 1e-3;
 
 // C u: the exact ray. C + R dp and R Exp(dtheta) u.
 void SetCameraRay(const PanoramicObservation& observation, const Pose3& T_pano_camera,
@@ -16,6 +18,15 @@ void SetCameraRay(const PanoramicObservation& observation, const Pose3& T_pano_c
   ray.weight = observation.pixel_per_bearing;
   ray.d_origin.leftCols<3>() = R;
   ray.d_direction.rightCols<3>() = -R * Hat(observation.bearing_camera);
+}
+
+// The plane through S, C and u holds the point wherever it is along the ray: what is compared is
+// the component normal to it alone, Eq. (8). The normal is that of the nominal values.
+void KeepNormalToPlane(const PanoramicObservation& observation, PanoramicRay& ray) {
+  const Eigen::Vector3d normal = observation.center.cross(observation.bearing);
+  if (normal.norm() < kThroughCenter) return;
+  const Eigen::Vector3d n = normal.normalized();
+  ray.weight = (ray.weight * n * n.transpose()).eval();
 }
 
 // S u_s: from |u_s| = r follows u_s . du_s = 0, and with it the derivative of lambda in Eq. (2).
@@ -79,11 +90,12 @@ BearingJacobians Differentiate(const Chain& c, const PanoramicRay& anchor, doubl
 PanoramicRay MakePanoramicRay(const PanoramicObservation& observation, const Pose3& T_pano_camera,
                               double radius, Compensation mode, RayRole role) {
   PanoramicRay ray;
-  if (mode == Compensation::kRay || (mode == Compensation::kPlane && role == RayRole::kAnchor)) {
-    SetCameraRay(observation, T_pano_camera, ray);
-  } else {
+  if (mode == Compensation::kNone) {
     SetSphereRay(observation, T_pano_camera, radius, ray);
+    return ray;
   }
+  SetCameraRay(observation, T_pano_camera, ray);
+  if (mode == Compensation::kPlane && role == RayRole::kTarget) KeepNormalToPlane(observation, ray);
   return ray;
 }
 

@@ -97,36 +97,38 @@ Eigen::Vector2d ResidualAtTruth(const Scene& s, Compensation mode) {
   return ResidualAt(s, mode, 1.0 / s.depth, Eigen::Matrix<double, 31, 1>::Zero());
 }
 
-TEST(BearingResidual, OfExactRaysVanishesAtTheTruth) {
+TEST(BearingResidual, OfExactRaysAndOfPlanesVanishesAtTheTruth) {
   RandomStream random(2);
   for (int trial = 0; trial < 300; ++trial) {
     const Scene s = RandomScene(random, trial % 2 == 1);
     EXPECT_LT(ResidualAtTruth(s, Compensation::kRay).norm(), 1e-6);
+    EXPECT_LT(ResidualAtTruth(s, Compensation::kPlane).norm(), 1e-6);
   }
 }
 
-// Eq. (8): of the planes mode, the component normal to plane (S, C, u) vanishes at the truth; the
-// other does not.
-TEST(BearingResidual, OfPlanesVanishesNormalToThePlane) {
+// Eq. (8): the planes mode sees what leaves plane (S, C, u) as exact rays do, and nothing else.
+TEST(BearingResidual, OfPlanesIsThatOfRaysNormalToThePlane) {
   RandomStream random(3);
-  double largest = 0.0;
+  int checked = 0;
   for (int trial = 0; trial < 300; ++trial) {
     const Scene s = RandomScene(random, trial % 2 == 1);
-    const PanoramicRay target = MakePanoramicRay(s.target, s.model.T_pano_camera(s.target.camera),
-                                                 kRadius, Compensation::kPlane, RayRole::kTarget);
-    const Eigen::Vector3d normal = s.target.center.cross(s.target.point);
+    const Eigen::Vector3d normal = s.target.center.cross(s.target.bearing);
     if (normal.norm() < 0.02) continue;
-    // px that the residual would have for a unit difference along the normal.
-    const Eigen::Vector2d along_normal = target.weight * normal.normalized();
-    const Eigen::Vector3d in_plane = normal.normalized().cross(target.direction);
-    const Eigen::Vector2d along_plane = target.weight * in_plane;
+    ++checked;
+    Eigen::Matrix<double, 31, 1> off;
+    for (int i = 0; i < 31; ++i) off[i] = 1e-3 * random.Normal();
+    const double inverse_depth = 1.0 / s.depth;
+    const Eigen::Vector2d ray = ResidualAt(s, Compensation::kRay, inverse_depth, off);
+    const Eigen::Vector2d plane = ResidualAt(s, Compensation::kPlane, inverse_depth, off);
+    const Eigen::Vector3d n = normal.normalized();
+    // px per rad along the normal and, in the plane, across the bearing.
     Eigen::Matrix2d basis;
-    basis << along_normal, along_plane;
-    const Eigen::Vector2d rad = basis.inverse() * ResidualAtTruth(s, Compensation::kPlane);
-    EXPECT_LT(std::abs(rad[0]), 1e-9);
-    largest = std::max(largest, std::abs(rad[1]));
+    basis << s.target.pixel_per_bearing * n, s.target.pixel_per_bearing * n.cross(s.target.bearing);
+    const Eigen::Vector2d by_ray = basis.inverse() * ray, by_plane = basis.inverse() * plane;
+    EXPECT_NEAR(by_plane[0], by_ray[0], 1e-4 * by_ray.norm());
+    EXPECT_NEAR(by_plane[1], 0.0, 1e-12);
   }
-  EXPECT_GT(largest, 0.05);
+  EXPECT_GT(checked, 100);
 }
 
 // All modes agree where cameras have no offset, and at depth r.

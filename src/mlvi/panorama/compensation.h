@@ -6,12 +6,13 @@
 //
 //   none   rays start at S: the uncompensated panorama. Exact at depth r only.
 //   plane  the paper's method. Triangulation from S, corrected within the planes through S, C and u
-//   (Eq. 3-8). ray    the generalised camera: every ray starts at its camera centre. Exact.
+//          (Eq. 3-8).
+//   ray    the generalised camera: every ray starts at its camera centre. Exact.
 //
 // The paper compensates triangulation. What follows for residuals: `none` places the point on S_a
 // u_a and compares directions from S_j; `plane` places it on C_a u_a, as Eq. (7) does, and compares
-// directions from S_j, whose component normal to plane (S_j, C_j, u_j) is the exact constraint of
-// Eq. (8); `ray` uses the exact rays at both ends.
+// only normal to plane (S_j, C_j, u_j), which is the exact constraint of Eq. (8); `ray` uses the
+// exact rays at both ends.
 #pragma once
 
 #include <Eigen/Core>

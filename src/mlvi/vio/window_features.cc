@@ -149,14 +149,18 @@ void ForgetObservations(VioWindow& window, FrameId frame, const WindowConfig& co
 std::vector<TrackId> RemoveOutliers(VioWindow& window, const WindowConfig& config) {
   const std::vector<double> errors = FeatureErrors(window, config);
   const double limit = config.outlier_sigmas * config.outlier_sigmas;
-  std::vector<TrackId> removed;
+  std::vector<TrackId> followed;
+  std::vector<WindowFeature> kept;
   for (std::size_t f = 0; f < errors.size(); ++f) {
-    if (errors[f] > limit) removed.push_back(window.features[f].track);
+    WindowFeature& feature = window.features[f];
+    if (errors[f] <= limit) {
+      kept.push_back(std::move(feature));
+    } else if (feature.alive) {
+      followed.push_back(feature.track);
+    }
   }
-  std::erase_if(window.features, [&](const WindowFeature& f) {
-    return std::binary_search(removed.begin(), removed.end(), f.track);
-  });
-  return removed;
+  window.features = std::move(kept);
+  return followed;
 }
 
 }  // namespace mlvi

@@ -22,7 +22,8 @@ void InitializeDepths(VioWindow& window, const WindowConfig& config);
 // frame must still be in the window.
 void ForgetObservations(VioWindow& window, FrameId frame, const WindowConfig& config);
 
-// Removes features whose error is beyond config.outlier_sigmas; returns their tracks.
+// Removes features whose error is beyond config.outlier_sigmas; returns those of their tracks that
+// are still followed.
 std::vector<TrackId> RemoveOutliers(VioWindow& window, const WindowConfig& config);
 
 // What the inverse depth of a feature along its first ray is along that of observations[index].

@@ -283,6 +283,30 @@ TEST(MarginalizationTest, NeverGainsInformation) {
   EXPECT_LT(eigen.eigenvalues().maxCoeff(), 1.0);
 }
 
+// Of features that are thrown out, only those whose track lives are told: others may have been
+// forgotten by the tracker, as in a window of a rig that stands for long.
+TEST(WindowFeaturesTest, OutliersGoAndTheirLivingTracksAreTold) {
+  WindowConfig config;
+  Scene scene(config, 12);
+  VioWindow& window = scene.window.window();
+  const std::size_t before = window.features.size();
+  std::vector<TrackId> living;
+  int spoilt = 0;
+  for (WindowFeature& feature : window.features) {
+    if (feature.observations.size() < 4 || spoilt == 6) continue;
+    // Far off in what is seen of it, every second one in a track that has ended.
+    for (std::size_t k = 1; k < feature.observations.size(); ++k) {
+      Eigen::Vector3d& bearing = feature.observations[k].observation.bearing_camera;
+      bearing = ExpSo3({0.5, 0.5, 0.5}) * bearing;
+    }
+    feature.alive = ++spoilt % 2 == 0;
+    if (feature.alive) living.push_back(feature.track);
+  }
+  ASSERT_EQ(spoilt, 6);
+  EXPECT_EQ(RemoveOutliers(window, config), living);
+  EXPECT_EQ(window.features.size(), before - 6);
+}
+
 TEST(WindowFeaturesTest, AnchoringElsewhereKeepsThePoint) {
   WindowConfig config;
   Scene scene(config, 12);
