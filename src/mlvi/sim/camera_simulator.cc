@@ -11,89 +11,19 @@
 
 #include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
+#include "mlvi/sim/camera_samples.h"
 
 namespace mlvi {
 namespace {
 
 constexpr int kMeterColumns = 12, kMeterRows = 9;
-constexpr std::size_t kFew = 8, kMany = 16;  // rays of a pixel that an edge lies in
-constexpr float kLongWay = 6.0F;             // px; edges that move farther get many
-constexpr std::uint8_t kEdge = 1, kFastEdge = 2;
-constexpr float kFar = 1000.0F;  // m
+constexpr int kBlock = 4;         // px; a block of as many rows and columns is one packet of rays
+constexpr float kLongWay = 6.0F;  // px; edges that move farther get many rays
+constexpr std::uint8_t kEdge = 1, kFastEdge = 2;                   // marks
+constexpr std::uint8_t kUnlikeNextColumn = 1, kUnlikeNextRow = 2;  // borders
+constexpr float kFar = 1000.0F;                                    // m
 
 const Eigen::Vector3f kLuminanceWeights(0.3F, 0.5F, 0.2F);  // of red, green, blue in a grey sensor
-
-// Base b digits of i mirrored at the point: evenly spread in [0, 1) (van der Corput).
-double RadicalInverse(int i, int base) {
-  double result = 0.0, digit = 1.0;
-  for (; i > 0; i /= base) {
-    digit /= base;
-    result += digit * (i % base);
-  }
-  return result;
-}
-
-// One of the rays that make a pixel.
-struct PixelSample {
-  double time = 0.0;           // share of the exposure, in (-0.5, 0.5)
-  float dx = 0.0F, dy = 0.0F;  // px
-};
-
-// Evenly over the exposure and the pixel.
-std::vector<PixelSample> Spread(std::size_t count) {
-  std::vector<PixelSample> samples;
-  const auto n = static_cast<double>(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    samples.push_back({.time = (static_cast<double>(i) + 0.5) / n - 0.5,
-                       .dx = static_cast<float>(RadicalInverse(static_cast<int>(i) + 1, 2) - 0.5),
-                       .dy = static_cast<float>(RadicalInverse(static_cast<int>(i) + 1, 3) - 0.5)});
-  }
-  // Their mean is the middle of the pixel: no shift of edges.
-  float x = 0.0F, y = 0.0F;
-  for (const PixelSample& s : samples) {
-    x += s.dx / static_cast<float>(n);
-    y += s.dy / static_cast<float>(n);
-  }
-  for (PixelSample& s : samples) {
-    s.dx = std::clamp(s.dx - x, -0.5F, 0.5F);
-    s.dy = std::clamp(s.dy - y, -0.5F, 0.5F);
-  }
-  return samples;
-}
-
-// Samples of a pixel that met the same surface.
-struct SampleGroup {
-  std::size_t sample = 0;  // the one nearest to their middle, in the pixel and the exposure
-  float share = 0.0F;      // of all samples
-};
-
-std::vector<SampleGroup> GroupBySurface(std::span<const Sight> sights,
-                                        const std::vector<PixelSample>& spread) {
-  const auto place = [&](std::size_t k) {
-    return Eigen::Vector3f(spread[k].dx, spread[k].dy, static_cast<float>(spread[k].time));
-  };
-  std::vector<SampleGroup> groups;
-  std::array<bool, kMany> taken{};
-  for (std::size_t g = 0; g < sights.size(); ++g) {
-    if (taken[g]) continue;
-    std::array<std::size_t, kMany> members;
-    std::size_t count = 0;
-    Eigen::Vector3f middle = Eigen::Vector3f::Zero();
-    for (std::size_t k = g; k < sights.size(); ++k) {
-      if (taken[k] || !SameSurface(sights[g], sights[k])) continue;
-      taken[k] = true;
-      members[count++] = k;
-      middle += place(k);
-    }
-    middle /= static_cast<float>(count);
-    const auto nearer = [&](std::size_t a, std::size_t b) {
-      return (place(a) - middle).squaredNorm() < (place(b) - middle).squaredNorm();
-    };
-    groups.push_back({.sample = *std::min_element(members.begin(), members.begin() + count, nearer),
-                      .share = static_cast<float>(count) / static_cast<float>(sights.size())});
-  }
-  return groups;
-}
 
 // cos^4-like in the middle, steeper towards the corners where the lens cuts the beam.
 std::vector<float> MakeVignette(const CameraModel& lens, double corner_brightness) {
@@ -110,10 +40,6 @@ std::vector<float> MakeVignette(const CameraModel& lens, double corner_brightnes
   }
   return vignette;
 }
-
-}  // namespace
-
-namespace {
 
 // The pose of the camera at one instant.
 struct CameraInstant {
@@ -135,11 +61,15 @@ struct CameraSimulator::Shot {
   const PoseSpline* spline;
   Time time;
   double exposure = 0.0;  // s
-  std::vector<PixelSample> few, many;
+  std::vector<internal::PixelSample> few, many;
   // Moving objects and lamps; of the first row if rolling.
   SceneRenderer::Moment begin, middle, end;
   std::vector<SceneRenderer::Moment> few_moments, many_moments;
-  std::optional<Instants> instants;  // of all rows, unless rolling
+  std::vector<Instants> instants;  // by row; one for all unless rolling
+
+  const Instants& At(int row) const {
+    return instants.size() == 1 ? instants.front() : instants[static_cast<std::size_t>(row)];
+  }
 };
 
 CameraSimulator::CameraSimulator(const CameraSpec& spec, const CameraPhysics& physics,
@@ -214,8 +144,8 @@ CameraSimulator::Instants CameraSimulator::InstantsOf(const Shot& shot, int row)
                          .position = T_world_camera.translation().cast<float>()};
   };
   Instants instants{.middle = at(0.0)};
-  for (const PixelSample& sample : shot.few) instants.few.push_back(at(sample.time));
-  for (const PixelSample& sample : shot.many) instants.many.push_back(at(sample.time));
+  for (const internal::PixelSample& sample : shot.few) instants.few.push_back(at(sample.time));
+  for (const internal::PixelSample& sample : shot.many) instants.many.push_back(at(sample.time));
   instants.motion = SceneRenderer::MakeExposureMotion(
       {&shot.begin, &shot.middle, &shot.end},
       {at(-0.5).T_world_camera, instants.middle.T_world_camera, at(0.5).T_world_camera});
@@ -235,56 +165,51 @@ CameraSimulator::Shot CameraSimulator::MakeShot(const SceneRenderer& renderer,
             .spline = &motion,
             .time = time,
             .exposure = exposure.seconds,
-            .few = Spread(kFew),
-            .many = Spread(kMany),
+            .few = internal::FewSamples(),
+            .many = internal::ManySamples(),
             .begin = moment(-0.5),
             .middle = middle,
             .end = moment(0.5)};
-  for (const PixelSample& sample : shot.few) shot.few_moments.push_back(moment(sample.time));
-  for (const PixelSample& sample : shot.many) shot.many_moments.push_back(moment(sample.time));
+  for (const internal::PixelSample& sample : shot.few)
+    shot.few_moments.push_back(moment(sample.time));
+  for (const internal::PixelSample& sample : shot.many)
+    shot.many_moments.push_back(moment(sample.time));
   return shot;
 }
 
-// What the middles of a row's pixels meet at the middle of the exposure.
-void CameraSimulator::LookAlongRow(const Shot& shot, int row, Sights& sights) const {
-  std::optional<Instants> own;
-  if (!shot.instants) own = InstantsOf(shot, row);
-  const CameraInstant& camera = (own ? *own : *shot.instants).middle;
-  SceneRenderer::Moments moments;
-  moments.fill(&shot.middle);
-  for (int first = 0; first < rays_.width(); first += RayPacket::kSize) {
-    RayPacket packet;
-    const int count = std::min(RayPacket::kSize, rays_.width() - first);
-    for (int i = 0; i < count; ++i) {
-      const Eigen::Vector3f bearing = rays_.Bearing(first + i, row);
-      if (!bearing.isZero()) packet.Set(i, camera.position, camera.R * bearing, kFar);
-    }
-    if (packet.active == 0) continue;
-    const auto seen = shot.renderer->Look(packet, moments);
-    std::copy_n(seen.begin(), count,
-                sights.begin() + static_cast<std::ptrdiff_t>(IndexOf(first, row)));
+void CameraSimulator::FindInstants(Shot& shot) const {
+  const bool rolling = sensor_.physics().row_time != Duration();
+  shot.instants.resize(rolling ? static_cast<std::size_t>(rays_.height()) : 1);
+  ParallelFor(shot.instants.size(), 64, [&](std::size_t row) {
+    shot.instants[row] = InstantsOf(shot, static_cast<int>(row));
+  });
+}
+
+void CameraSimulator::FindBorders(int row, const Sights& sights, Marks& borders) const {
+  for (int column = 0; column < rays_.width(); ++column) {
+    const std::size_t here = IndexOf(column, row);
+    const auto unlike = [&](int c, int r) {
+      return c < rays_.width() && r < rays_.height() &&
+             !SameSurface(sights[here], sights[IndexOf(c, r)]);
+    };
+    borders[here] = static_cast<std::uint8_t>((unlike(column + 1, row) ? kUnlikeNextColumn : 0) |
+                                              (unlike(column, row + 1) ? kUnlikeNextRow : 0));
   }
 }
 
-bool CameraSimulator::IsEdge(const Sights& sights, int column, int row) const {
-  const Sight& here = sights[IndexOf(column, row)];
-  const auto differs = [&](int c, int r) {
-    if (c < 0 || r < 0 || c >= rays_.width() || r >= rays_.height()) return false;
-    return !SameSurface(here, sights[IndexOf(c, r)]);
-  };
-  return differs(column - 1, row) || differs(column + 1, row) || differs(column, row - 1) ||
-         differs(column, row + 1);
+bool CameraSimulator::IsEdge(const Marks& borders, int column, int row) const {
+  if (borders[IndexOf(column, row)] != 0) return true;
+  if (column > 0 && (borders[IndexOf(column - 1, row)] & kUnlikeNextColumn) != 0) return true;
+  return row > 0 && (borders[IndexOf(column, row - 1)] & kUnlikeNextRow) != 0;
 }
 
 // Marks the pixels that the edges of a row sweep over during the exposure: both surfaces at an edge
 // mark their own way, so that the one in front does.
 void CameraSimulator::MarkEdges(const Shot& shot, int row, const Sights& sights,
-                                Marks& marks) const {
-  std::optional<Instants> own;
-  if (!shot.instants) own = InstantsOf(shot, row);
-  const auto& motion = (own ? *own : *shot.instants).motion;
+                                const Marks& borders, Marks& marks) const {
+  const auto& motion = shot.At(row).motion;
   for (int column = 0; column < rays_.width(); ++column) {
-    if (!IsEdge(sights, column, row)) continue;
+    if (!IsEdge(borders, column, row)) continue;
     const Sight& sight = sights[IndexOf(column, row)];
     const Eigen::Vector3f bearing = rays_.Bearing(column, row);
     if (bearing.isZero()) continue;
@@ -309,66 +234,206 @@ void CameraSimulator::MarkEdges(const Shot& shot, int row, const Sights& sights,
   }
 }
 
+// kBlock rows of one image.
+class CameraSimulator::Band {
+ public:
+  Band(const CameraSimulator& camera, const Shot& shot, int index)
+      : camera_(&camera), shot_(&shot), first_row_(kBlock * index) {}
+
+  int first_row() const { return first_row_; }
+  int rows() const { return std::min(kBlock, camera_->rays_.height() - first_row_); }
+
+  // What the middles of its pixels meet at the middle of the exposure.
+  void Look(Sights& sights) const;
+  // The light of its pixels, in rows.
+  std::vector<Eigen::Vector3f> Shade(const Sights& sights, const Marks& marks);
+
+ private:
+  // A pixel that an edge may lie in, and what its samples met.
+  struct EdgePixel {
+    int column = 0, row = 0;
+    std::array<Sight, internal::kManySamples> sights;
+  };
+  // A few of them, without the cost of making and copying what is not yet known.
+  struct EdgePixels {
+    std::array<EdgePixel, 8> pixels;
+    std::size_t size = 0;
+    std::span<EdgePixel> Last(std::size_t count) { return {pixels.data() + size - count, count}; }
+    EdgePixel& Add(int column, int row) {
+      EdgePixel& pixel = pixels[size++];
+      pixel.column = column, pixel.row = row;
+      return pixel;
+    }
+  };
+  template <typename Visit>
+  void VisitBlock(int first_column, const Visit& visit) const;
+  std::size_t PixelOf(int column, int row) const {
+    return camera_->IndexOf(column, row - first_row_);
+  }
+  void AddMiddle(int column, int row, const Sight& sight);
+  void AddEdge(int column, int row, bool fast, const Sights& sights);
+  void LookAgain(std::span<EdgePixel> pixels, bool many, std::size_t first, std::size_t count);
+  void LookAtFirst(const Sights& sights);
+  void LookAtRest(std::size_t count);
+  void AddSamples(const EdgePixel& pixel, bool many);
+
+  const CameraSimulator* camera_;
+  const Shot* shot_;
+  int first_row_;
+  std::vector<SceneRenderer::LightRay> rays_;
+  // Four of either share a packet.
+  EdgePixels fresh_;  // to look at along the first of few samples
+  EdgePixels mixed_;  // and along the others
+  std::vector<internal::SampleGroup> groups_;
+};
+
+// Calls visit(lane of a packet, column, row) for the pixels of a block that have a bearing.
+template <typename Visit>
+void CameraSimulator::Band::VisitBlock(int first_column, const Visit& visit) const {
+  const int columns = std::min(kBlock, camera_->rays_.width() - first_column);
+  for (int i = 0; i < rows(); ++i) {
+    for (int k = 0; k < columns; ++k) {
+      const int column = first_column + k, row = first_row_ + i;
+      if (!camera_->rays_.Bearing(column, row).isZero()) visit(kBlock * i + k, column, row);
+    }
+  }
+}
+
+void CameraSimulator::Band::Look(Sights& sights) const {
+  static_assert(WideRayPacket::kSize == kBlock * kBlock);
+  SceneRenderer::Moments moments;
+  moments.fill(&shot_->middle);
+  for (int first = 0; first < camera_->rays_.width(); first += kBlock) {
+    WideRayPacket packet;
+    VisitBlock(first, [&](int lane, int column, int row) {
+      const CameraInstant& middle = shot_->At(row).middle;
+      packet.Set(lane, middle.position, middle.R * camera_->rays_.Bearing(column, row), kFar);
+    });
+    if (packet.active == 0) continue;
+    const auto seen = shot_->renderer->Look(packet, moments);
+    VisitBlock(first, [&](int lane, int column, int row) {
+      sights[camera_->IndexOf(column, row)] = seen[static_cast<std::size_t>(lane)];
+    });
+  }
+}
+
+std::vector<Eigen::Vector3f> CameraSimulator::Band::Shade(const Sights& sights,
+                                                          const Marks& marks) {
+  const auto pixels = static_cast<std::size_t>(rows() * camera_->rays_.width());
+  rays_.reserve(pixels + pixels / 4);
+  for (int first = 0; first < camera_->rays_.width(); first += kBlock) {
+    VisitBlock(first, [&](int, int column, int row) {
+      const std::size_t index = camera_->IndexOf(column, row);
+      if (marks[index] == 0)
+        AddMiddle(column, row, sights[index]);
+      else
+        AddEdge(column, row, (marks[index] & kFastEdge) != 0, sights);
+    });
+  }
+  LookAtFirst(sights);
+  LookAtRest(mixed_.size);
+  std::vector<Eigen::Vector3f> light(pixels, Eigen::Vector3f::Zero());
+  shot_->renderer->Shade(std::move(rays_), light);
+  return light;
+}
+
+void CameraSimulator::Band::AddMiddle(int column, int row, const Sight& sight) {
+  const Instants& instants = shot_->At(row);
+  rays_.push_back({.moment = &shot_->middle,
+                   .view = {.origin = instants.middle.T_world_camera.translation(),
+                            .direction = instants.middle.R * camera_->rays_.Bearing(column, row),
+                            .pixel_angle = camera_->rays_.PixelAngle(column, row),
+                            .motion = &instants.motion},
+                   .sight = sight,
+                   .pixel = PixelOf(column, row)});
+}
+
+void CameraSimulator::Band::AddEdge(int column, int row, bool fast, const Sights& sights) {
+  const EdgePixel& pixel = fresh_.Add(column, row);
+  if (fast) {
+    LookAgain(fresh_.Last(1), true, 0, internal::kManySamples);
+    AddSamples(pixel, true);
+    --fresh_.size;
+  } else if (fresh_.size * internal::kFirstSamples == WideRayPacket::kSize) {
+    LookAtFirst(sights);
+  }
+}
+
+// Fills in `count` samples of every pixel, from `first` on; all of them make one packet.
+void CameraSimulator::Band::LookAgain(std::span<EdgePixel> pixels, bool many, std::size_t first,
+                                      std::size_t count) {
+  const auto& samples = many ? shot_->many : shot_->few;
+  const auto& at = many ? shot_->many_moments : shot_->few_moments;
+  WideRayPacket packet;
+  SceneRenderer::Moments moments;
+  moments.fill(&shot_->middle);
+  for (std::size_t lane = 0; lane < pixels.size() * count; ++lane) {
+    const EdgePixel& pixel = pixels[lane / count];
+    const std::size_t k = first + lane % count;
+    const Instants& instants = shot_->At(pixel.row);
+    const CameraInstant& camera = (many ? instants.many : instants.few)[k];
+    const Eigen::Vector3f bearing =
+        camera_->rays_.Bearing(pixel.column, pixel.row, samples[k].dx, samples[k].dy);
+    packet.Set(static_cast<int>(lane), camera.position, camera.R * bearing, kFar);
+    moments[lane] = &at[k];
+  }
+  const auto seen = shot_->renderer->Look(packet, moments);
+  for (std::size_t lane = 0; lane < pixels.size() * count; ++lane)
+    pixels[lane / count].sights[first + lane % count] = seen[lane];
+}
+
+// Where the first samples and the middle met one surface, no edge lies in the pixel.
+void CameraSimulator::Band::LookAtFirst(const Sights& sights) {
+  if (fresh_.size == 0) return;
+  const std::span<EdgePixel> fresh = fresh_.Last(fresh_.size);
+  LookAgain(fresh, false, 0, internal::kFirstSamples);
+  for (const EdgePixel& pixel : fresh) {
+    const Sight& middle = sights[camera_->IndexOf(pixel.column, pixel.row)];
+    const auto first = std::span(pixel.sights).first(internal::kFirstSamples);
+    if (std::ranges::all_of(first, [&](const Sight& s) { return SameSurface(s, middle); }))
+      AddMiddle(pixel.column, pixel.row, middle);
+    else
+      std::ranges::copy(first, mixed_.Add(pixel.column, pixel.row).sights.begin());
+  }
+  fresh_.size = 0;
+  constexpr std::size_t kTogether =
+      WideRayPacket::kSize / (internal::kFewSamples - internal::kFirstSamples);
+  if (mixed_.size >= kTogether) LookAtRest(kTogether);
+}
+
+// Of the last so many of the mixed pixels.
+void CameraSimulator::Band::LookAtRest(std::size_t count) {
+  if (count == 0) return;
+  const std::span<EdgePixel> pixels = mixed_.Last(count);
+  LookAgain(pixels, false, internal::kFirstSamples,
+            internal::kFewSamples - internal::kFirstSamples);
+  for (const EdgePixel& pixel : pixels) AddSamples(pixel, false);
+  mixed_.size -= count;
+}
+
 // The light of a pixel from all its samples; those that met the same surface share one shade.
-Eigen::Vector3f CameraSimulator::Refined(const Shot& shot, const Instants& instants, int column,
-                                         int row, std::size_t samples) const {
-  const bool many = samples == kMany;
-  const auto& spread = many ? shot.many : shot.few;
-  const auto& moments = many ? shot.many_moments : shot.few_moments;
-  const auto& cameras = many ? instants.many : instants.few;
-  std::array<Sight, kMany> sights;
-  std::array<Eigen::Vector3f, kMany> directions;
-  for (std::size_t first = 0; first < samples; first += RayPacket::kSize) {
-    RayPacket packet;
-    SceneRenderer::Moments at;
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      const std::size_t k = first + i;
-      at[i] = &moments[k];
-      const Eigen::Vector3f bearing = rays_.Bearing(column, row, spread[k].dx, spread[k].dy);
-      if (bearing.isZero()) return bearing;
-      directions[k] = cameras[k].R * bearing;
-      packet.Set(static_cast<int>(i), cameras[k].position, directions[k], kFar);
-    }
-    const auto seen = shot.renderer->Look(packet, at);
-    std::ranges::copy(seen, sights.begin() + static_cast<std::ptrdiff_t>(first));
-  }
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const SampleGroup& group : GroupBySurface(std::span(sights).first(samples), spread)) {
+void CameraSimulator::Band::AddSamples(const EdgePixel& pixel, bool many) {
+  const auto& samples = many ? shot_->many : shot_->few;
+  const Instants& instants = shot_->At(pixel.row);
+  internal::GroupBySurface(std::span(pixel.sights).first(samples.size()), samples, groups_);
+  for (const internal::SampleGroup& group : groups_) {
     const std::size_t k = group.sample;
-    sum += group.share * shot.renderer->Shade(moments[k],
-                                              {.origin = cameras[k].T_world_camera.translation(),
-                                               .direction = directions[k],
-                                               .pixel_angle = rays_.PixelAngle(column, row),
-                                               .motion = &instants.motion,
-                                               .share = group.share},
-                                              sights[k]);
-  }
-  return sum;
-}
-
-void CameraSimulator::ShadeRow(const Shot& shot, int row, const Sights& sights, const Marks& marks,
-                               std::vector<Eigen::Vector3f>& line) const {
-  std::optional<Instants> own;
-  if (!shot.instants) own = InstantsOf(shot, row);
-  const Instants& instants = own ? *own : *shot.instants;
-  for (int column = 0; column < rays_.width(); ++column) {
-    const std::size_t index = IndexOf(column, row);
-    Eigen::Vector3f light = Eigen::Vector3f::Zero();
-    if (marks[index] != 0) {
-      light = Refined(shot, instants, column, row, (marks[index] & kFastEdge) != 0 ? kMany : kFew);
-    } else if (const Eigen::Vector3f bearing = rays_.Bearing(column, row); !bearing.isZero()) {
-      light = shot.renderer->Shade(shot.middle,
-                                   {.origin = instants.middle.T_world_camera.translation(),
-                                    .direction = instants.middle.R * bearing,
-                                    .pixel_angle = rays_.PixelAngle(column, row),
-                                    .motion = &instants.motion},
-                                   sights[index]);
-    }
-    line[static_cast<std::size_t>(column)] = vignette_[index] * light;
+    const CameraInstant& camera = (many ? instants.many : instants.few)[k];
+    rays_.push_back(
+        {.moment = &(many ? shot_->many_moments : shot_->few_moments)[k],
+         .view = {.origin = camera.T_world_camera.translation(),
+                  .direction = camera.R * camera_->rays_.Bearing(pixel.column, pixel.row,
+                                                                 samples[k].dx, samples[k].dy),
+                  .pixel_angle = camera_->rays_.PixelAngle(pixel.column, pixel.row),
+                  .motion = &instants.motion,
+                  .share = group.share},
+         .sight = pixel.sights[k],
+         .pixel = PixelOf(pixel.column, pixel.row),
+         .weight = group.share});
   }
 }
 
-void CameraSimulator::ExposeRow(const std::vector<Eigen::Vector3f>& line, const Exposure& exposure,
+void CameraSimulator::ExposeRow(std::span<const Eigen::Vector3f> line, const Exposure& exposure,
                                 RandomStream random, std::uint8_t* out) const {
   for (const Eigen::Vector3f& light : line) {
     if (sensor_.physics().colour) {
@@ -389,16 +454,20 @@ Image CameraSimulator::Render(const SceneRenderer& renderer, const PoseSpline& m
   };
   begin_stage("look");
   Shot shot = MakeShot(renderer, motion, time, exposure);
-  if (sensor_.physics().row_time == Duration()) shot.instants = InstantsOf(shot, 0);
+  FindInstants(shot);
   const auto width = static_cast<std::size_t>(rays_.width());
   const auto height = static_cast<std::size_t>(rays_.height());
+  const std::size_t bands = (height + kBlock - 1) / kBlock;
+  const auto band = [&](std::size_t i) { return Band(*this, shot, static_cast<int>(i)); };
   Sights sights(width * height);
-  Marks marks(width * height);
-  ParallelFor(height, 4,
-              [&](std::size_t row) { LookAlongRow(shot, static_cast<int>(row), sights); });
+  ParallelFor(bands, 1, [&](std::size_t i) { band(i).Look(sights); });
   begin_stage("edges");
+  Marks borders(width * height), marks(width * height);
   ParallelFor(height, 4,
-              [&](std::size_t row) { MarkEdges(shot, static_cast<int>(row), sights, marks); });
+              [&](std::size_t row) { FindBorders(static_cast<int>(row), sights, borders); });
+  ParallelFor(height, 4, [&](std::size_t row) {
+    MarkEdges(shot, static_cast<int>(row), sights, borders, marks);
+  });
 
   begin_stage("shade");
   const std::size_t channels = sensor_.physics().colour ? 3 : 1;
@@ -406,10 +475,15 @@ Image CameraSimulator::Render(const SceneRenderer& renderer, const PoseSpline& m
       .width = rays_.width(), .height = rays_.height(), .channels = static_cast<int>(channels)};
   image.pixels.resize(width * height * channels);
   const RandomStream stream = random_.Fork(index);
-  ParallelFor(height, 4, [&](std::size_t row) {
-    std::vector<Eigen::Vector3f> line(width);
-    ShadeRow(shot, static_cast<int>(row), sights, marks, line);
-    ExposeRow(line, exposure, stream.Fork(row), image.pixels.data() + row * width * channels);
+  ParallelFor(bands, 1, [&](std::size_t i) {
+    Band rows = band(i);
+    std::vector<Eigen::Vector3f> light = rows.Shade(sights, marks);
+    const auto first = static_cast<std::size_t>(rows.first_row());
+    for (std::size_t k = 0; k < light.size(); ++k) light[k] *= vignette_[first * width + k];
+    for (std::size_t row = 0; row < light.size() / width; ++row) {
+      ExposeRow(std::span(light).subspan(row * width, width), exposure, stream.Fork(first + row),
+                image.pixels.data() + (first + row) * width * channels);
+    }
   });
   return image;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "mlvi/base/random.h"
@@ -17,7 +18,7 @@ namespace mlvi {
 
 // Images of a camera on a moving body, ray-traced through its exact lens model. Every pixel gets
 // one ray at the middle of the exposure; textures are filtered to the pixel, and along the way that
-// they move during the exposure. Pixels that an edge lies in or sweeps over get 8 or 16 rays,
+// they move during the exposure. Pixels that an edge lies in or sweeps over get 4, 8 or 16 rays,
 // spread over the pixel and the exposure; those that meet the same surface share one computation of
 // its light.
 class CameraSimulator {
@@ -44,20 +45,19 @@ class CameraSimulator {
 
  private:
   using Sights = std::vector<Sight>;        // by pixel, in rows
-  using Marks = std::vector<std::uint8_t>;  // by pixel: how an edge moves over it, bits
+  using Marks = std::vector<std::uint8_t>;  // by pixel, bits: where edges are, how they move
   struct Shot;                              // everything that the rows of one image share
   struct Instants;                          // poses of the camera during the exposure of a row
+  class Band;                               // rows that are drawn together
   Shot MakeShot(const SceneRenderer& renderer, const PoseSpline& motion, Time time,
                 const Exposure& exposure) const;
   Instants InstantsOf(const Shot& shot, int row) const;
-  void LookAlongRow(const Shot& shot, int row, Sights& sights) const;
-  bool IsEdge(const Sights& sights, int column, int row) const;
-  void MarkEdges(const Shot& shot, int row, const Sights& sights, Marks& marks) const;
-  Eigen::Vector3f Refined(const Shot& shot, const Instants& instants, int column, int row,
-                          std::size_t samples) const;
-  void ShadeRow(const Shot& shot, int row, const Sights& sights, const Marks& marks,
-                std::vector<Eigen::Vector3f>& line) const;
-  void ExposeRow(const std::vector<Eigen::Vector3f>& line, const Exposure& exposure,
+  void FindInstants(Shot& shot) const;
+  void FindBorders(int row, const Sights& sights, Marks& borders) const;
+  bool IsEdge(const Marks& borders, int column, int row) const;
+  void MarkEdges(const Shot& shot, int row, const Sights& sights, const Marks& borders,
+                 Marks& marks) const;
+  void ExposeRow(std::span<const Eigen::Vector3f> line, const Exposure& exposure,
                  RandomStream random, std::uint8_t* out) const;
   std::size_t IndexOf(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(rays_.width()) +

@@ -4,6 +4,7 @@
 
 #include <tbb/task_arena.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -21,17 +22,17 @@ Element* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, s
   return static_cast<Element*>(buffer);
 }
 
-RTCRay RayOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double max_range) {
+RTCRay RayOf(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float max_range) {
   RTCRay ray{};
-  const Eigen::Vector3f o = origin.cast<float>(), d = direction.cast<float>();
-  ray.org_x = o.x(), ray.org_y = o.y(), ray.org_z = o.z();
-  ray.dir_x = d.x(), ray.dir_y = d.y(), ray.dir_z = d.z();
-  ray.tfar = static_cast<float>(max_range);
+  ray.org_x = origin.x(), ray.org_y = origin.y(), ray.org_z = origin.z();
+  ray.dir_x = direction.x(), ray.dir_y = direction.y(), ray.dir_z = direction.z();
+  ray.tfar = max_range;
   ray.mask = 0xffffffffU;
   return ray;
 }
 
-void SetRays(const RayPacket& packet, RTCRay8& rays, int* valid) {
+template <std::size_t N>
+void SetRays(const RayPacketOf<N>& packet, typename EmbreePacket<N>::Rays& rays, int* valid) {
   std::ranges::copy(packet.x, rays.org_x);
   std::ranges::copy(packet.y, rays.org_y);
   std::ranges::copy(packet.z, rays.org_z);
@@ -39,7 +40,7 @@ void SetRays(const RayPacket& packet, RTCRay8& rays, int* valid) {
   std::ranges::copy(packet.dy, rays.dir_y);
   std::ranges::copy(packet.dz, rays.dir_z);
   std::ranges::copy(packet.limit, rays.tfar);
-  for (int i = 0; i < RayPacket::kSize; ++i) {
+  for (int i = 0; i < packet.kSize; ++i) {
     rays.tnear[i] = rays.time[i] = 0.0F;
     rays.mask[i] = 0xffffffffU;
     rays.flags[i] = 0;
@@ -91,17 +92,23 @@ void EmbreeMesh::Attach(const EmbreeDevice& device, const TriangleMesh& mesh,
                                                           RTC_FORMAT_UINT3, triangles.size());
   for (std::size_t i = 0; i < triangles.size(); ++i) indices[i] = mesh.triangles[triangles[i]];
   rtcCommitGeometry(geometry);
-  const auto id = static_cast<unsigned>(triangles_.size());
+  const auto id = static_cast<unsigned>(facets_.size());
   rtcAttachGeometryByID(all_, geometry, id);
   if (opaque && opaque_ != all_) rtcAttachGeometryByID(opaque_, geometry, id);
   rtcReleaseGeometry(geometry);
-  triangles_.push_back(std::move(triangles));
+  auto& facets = facets_.emplace_back();
+  for (const std::uint32_t i : triangles) {
+    const auto& t = mesh.triangles[i];
+    const Eigen::Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]],
+                          &c = mesh.vertices[t[2]];
+    facets.push_back({.triangle = i, .normal = (b - a).cross(c - a).normalized()});
+  }
 }
 
 EmbreeMesh::EmbreeMesh(EmbreeMesh&& other) noexcept
     : all_(std::exchange(other.all_, nullptr)),
       opaque_(std::exchange(other.opaque_, nullptr)),
-      triangles_(std::move(other.triangles_)) {}
+      facets_(std::move(other.facets_)) {}
 
 EmbreeMesh::~EmbreeMesh() {
   if (all_ == nullptr) return;
@@ -112,75 +119,83 @@ EmbreeMesh::~EmbreeMesh() {
 std::optional<MeshHit> EmbreeMesh::Cast(const Eigen::Vector3d& origin,
                                         const Eigen::Vector3d& direction, double max_range) const {
   RTCRayHit query{};
-  query.ray = RayOf(origin, direction, max_range);
+  query.ray = RayOf(origin.cast<float>(), direction.cast<float>(), static_cast<float>(max_range));
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   Intersect(all_, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return MeshHit{.range = query.ray.tfar,
                  .normal = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z},
-                 .triangle = triangles_[query.hit.geomID][query.hit.primID],
+                 .triangle = facets_[query.hit.geomID][query.hit.primID].triangle,
                  .u = query.hit.u,
                  .v = query.hit.v};
 }
 
 bool EmbreeMesh::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                           double max_range) const {
-  RTCRay ray = RayOf(origin, direction, max_range);
+  RTCRay ray = RayOf(origin.cast<float>(), direction.cast<float>(), static_cast<float>(max_range));
   internal::Occluded(opaque_, ray);
   return ray.tfar < 0.0F;
 }
 
-void EmbreeMesh::Cast(const RayPacket& rays, PacketHits& hits) const {
-  const auto face = [&](int i, const Eigen::Vector3f& geometric) -> Eigen::Vector3f {
-    const Eigen::Vector3f normal = geometric.normalized();
-    return normal.dot(rays.Direction(i)) > 0.0F ? Eigen::Vector3f(-normal) : normal;
+template <std::size_t N>
+void EmbreeMesh::Cast(const RayPacketOf<N>& rays, PacketHitsOf<N>& hits) const {
+  const auto set = [&](int i, unsigned geometry, unsigned primitive, float range, float u,
+                       float v) {
+    const Facet& facet = facets_[geometry][primitive];
+    PacketHit& hit = hits[static_cast<std::size_t>(i)];
+    hit.range = range;
+    hit.normal =
+        facet.normal.dot(rays.Direction(i)) > 0.0F ? Eigen::Vector3f(-facet.normal) : facet.normal;
+    hit.triangle = facet.triangle;
+    hit.barycentric = {u, v};
   };
   if (std::has_single_bit(rays.active)) {
     const int i = std::countr_zero(rays.active);
-    const auto lane = static_cast<std::size_t>(i);
-    const auto hit =
-        Cast(rays.Origin(i).cast<double>(), rays.Direction(i).cast<double>(), rays.limit[lane]);
-    if (!hit) return;
-    hits[lane] = {.range = hit->range,
-                  .normal = face(i, hit->normal),
-                  .triangle = hit->triangle,
-                  .barycentric = {hit->u, hit->v}};
+    RTCRayHit query{};
+    query.ray = RayOf(rays.Origin(i), rays.Direction(i), rays.limit[static_cast<std::size_t>(i)]);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    Intersect(all_, query);
+    if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID)
+      set(i, query.hit.geomID, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v);
     return;
   }
-  RTCRayHit8 query;
-  alignas(32) std::array<int, RayPacket::kSize> valid;
+  typename EmbreePacket<N>::RayHits query;
+  alignas(4 * N) std::array<int, N> valid;
   SetRays(rays, query.ray, valid.data());
-  for (int i = 0; i < RayPacket::kSize; ++i) {
+  for (std::size_t i = 0; i < N; ++i) {
     query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-  Intersect(all_, valid.data(), query);
-  for (int i = 0; i < RayPacket::kSize; ++i) {
+  Intersect<N>(all_, valid.data(), rays.coherent, query);
+  for (int i = 0; i < rays.kSize; ++i) {
     if (!rays.IsActive(i) || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-    PacketHit& hit = hits[static_cast<std::size_t>(i)];
-    hit.range = query.ray.tfar[i];
-    hit.normal = face(i, {query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]});
-    hit.triangle = triangles_[query.hit.geomID[i]][query.hit.primID[i]];
-    hit.barycentric = {query.hit.u[i], query.hit.v[i]};
+    set(i, query.hit.geomID[i], query.hit.primID[i], query.ray.tfar[i], query.hit.u[i],
+        query.hit.v[i]);
   }
 }
 
-unsigned EmbreeMesh::Occluded(const RayPacket& rays) const {
+template <std::size_t N>
+unsigned EmbreeMesh::Occluded(const RayPacketOf<N>& rays) const {
   if (std::has_single_bit(rays.active)) {
     const int i = std::countr_zero(rays.active);
-    const bool occluded = Occluded(rays.Origin(i).cast<double>(), rays.Direction(i).cast<double>(),
-                                   rays.limit[static_cast<std::size_t>(i)]);
-    return occluded ? rays.active : 0U;
+    RTCRay ray = RayOf(rays.Origin(i), rays.Direction(i), rays.limit[static_cast<std::size_t>(i)]);
+    internal::Occluded(opaque_, ray);
+    return ray.tfar < 0.0F ? rays.active : 0U;
   }
-  RTCRay8 query;
-  alignas(32) std::array<int, RayPacket::kSize> valid;
+  typename EmbreePacket<N>::Rays query;
+  alignas(4 * N) std::array<int, N> valid;
   SetRays(rays, query, valid.data());
-  internal::Occluded(opaque_, valid.data(), query);
+  internal::Occluded<N>(opaque_, valid.data(), rays.coherent, query);
   unsigned occluded = 0;
-  for (int i = 0; i < RayPacket::kSize; ++i) {
+  for (int i = 0; i < rays.kSize; ++i) {
     if (rays.IsActive(i) && query.tfar[i] < 0.0F) occluded |= 1U << i;
   }
   return occluded;
 }
+
+template void EmbreeMesh::Cast(const RayPacketOf<8>&, PacketHitsOf<8>&) const;
+template void EmbreeMesh::Cast(const RayPacketOf<16>&, PacketHitsOf<16>&) const;
+template unsigned EmbreeMesh::Occluded(const RayPacketOf<8>&) const;
+template unsigned EmbreeMesh::Occluded(const RayPacketOf<16>&) const;
 
 }  // namespace mlvi::internal

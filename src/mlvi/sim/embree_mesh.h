@@ -50,16 +50,22 @@ class EmbreeMesh {
 
   // The same for packets. Cast leaves `hits` of rays that meet nothing or are not active as they
   // are; Occluded returns the bits of those rays that something lies on.
-  void Cast(const RayPacket& rays, PacketHits& hits) const;
-  unsigned Occluded(const RayPacket& rays) const;
+  template <std::size_t N>
+  void Cast(const RayPacketOf<N>& rays, PacketHitsOf<N>& hits) const;
+  template <std::size_t N>
+  unsigned Occluded(const RayPacketOf<N>& rays) const;
 
  private:
+  struct Facet {
+    std::uint32_t triangle = 0;                        // of the mesh
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, on either side
+  };
   void Attach(const EmbreeDevice& device, const TriangleMesh& mesh,
               std::vector<std::uint32_t> triangles, bool opaque);
 
   RTCScene all_ = nullptr;
   RTCScene opaque_ = nullptr;  // without what transmits light; the same as `all_` if nothing does
-  std::vector<std::vector<std::uint32_t>> triangles_;  // of the mesh, by geometry of Embree
+  std::vector<std::vector<Facet>> facets_;  // by geometry of Embree
 };
 
 }  // namespace mlvi::internal

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -18,6 +19,7 @@ namespace {
 constexpr double kFar = 1000.0;        // m
 constexpr double kOffTheWall = 0.002;  // m
 constexpr int kMaxDepth = 3;           // mirrors and panes on one ray
+constexpr float kCoherent = 0.95F;     // cosine between rays that are traced as one bundle
 constexpr float kPatchTile = 23.7F;    // m, no multiple of any texture's
 constexpr int kMaxTaps = 5;            // samples along the long axis of a footprint
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -62,10 +64,19 @@ std::uint32_t SurfaceCode(const PacketHit& hit, std::uint16_t material, bool sun
          (static_cast<std::uint32_t>(hit.part) << 26) + 1;
 }
 
+// log2 of x >= 1 within 0.009, for levels of pyramids: the exponent, and a parabola through the
+// mantissa.
+float Log2(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  const auto exponent = static_cast<float>(static_cast<int>(bits >> 23) - 127);
+  const float m = std::bit_cast<float>((bits & 0x7fffffU) | 0x3f800000U) - 1.0F;
+  return exponent + m * (1.3465F - 0.3465F * m);
+}
+
 // Trilinear filtering costs twice as much as bilinear: only half of the way from one level of a
 // pyramid to the next blends them.
 float BlendLess(float lod) {
-  const float level = std::floor(lod);
+  const auto level = static_cast<float>(static_cast<int>(lod));  // lod >= 0
   return level + std::clamp(2.0F * (lod - level) - 0.5F, 0.0F, 1.0F);
 }
 
@@ -183,15 +194,15 @@ Eigen::Vector3f SceneRenderer::Displacement(const ExposureMotion& motion, const 
   return motion.R_world_camera * moved.cast<float>();
 }
 
-std::array<Sight, RayPacket::kSize> SceneRenderer::Look(const RayPacket& rays,
-                                                        const Moments& moments) const {
-  WorldSnapshot::PerRay snapshots;
+SceneRenderer::Sights SceneRenderer::Look(const WideRayPacket& rays, const Moments& moments) const {
+  WorldSnapshot::PerRayOf<WideRayPacket::kSize> snapshots;
   for (std::size_t i = 0; i < moments.size(); ++i) snapshots[i] = &moments[i]->snapshot;
-  const PacketHits hits = WorldSnapshot::Cast(rays, snapshots);
+  const auto hits = WorldSnapshot::Cast(rays, snapshots);
   const Lighting& light = world_->lighting();
   const Eigen::Vector3f sun = light.sun_direction.cast<float>();
-  RayPacket to_sun;
-  for (int i = 0; i < RayPacket::kSize && light.sun_illuminance > 0.0; ++i) {
+  WideRayPacket to_sun;
+  to_sun.coherent = rays.coherent;
+  for (int i = 0; i < rays.kSize && light.sun_illuminance > 0.0; ++i) {
     const PacketHit& hit = hits[static_cast<std::size_t>(i)];
     if (hit.range == 0.0F || hit.normal.dot(sun) <= 0.0F) continue;
     to_sun.Set(i,
@@ -201,8 +212,8 @@ std::array<Sight, RayPacket::kSize> SceneRenderer::Look(const RayPacket& rays,
   }
   const unsigned sunlit =
       to_sun.active == 0 ? 0 : to_sun.active & ~WorldSnapshot::Occluded(to_sun, snapshots);
-  std::array<Sight, RayPacket::kSize> sights;
-  for (int i = 0; i < RayPacket::kSize; ++i) {
+  Sights sights;
+  for (int i = 0; i < rays.kSize; ++i) {
     const PacketHit& hit = hits[static_cast<std::size_t>(i)];
     if (hit.range == 0.0F) continue;
     const bool lit = (sunlit >> i & 1U) != 0;
@@ -215,71 +226,102 @@ std::array<Sight, RayPacket::kSize> SceneRenderer::Look(const RayPacket& rays,
   return sights;
 }
 
-Sight SceneRenderer::LookAlong(const Moment& moment, const Eigen::Vector3d& origin,
-                               const Eigen::Vector3f& direction) const {
-  RayPacket ray;
-  ray.Set(0, origin.cast<float>(), direction, static_cast<float>(kFar));
-  Moments moments;
-  moments.fill(&moment);
-  return Look(ray, moments).front();
+// Fills in the sights.
+void SceneRenderer::LookAlong(std::vector<LightRay>& rays) const {
+  constexpr std::size_t kSize = WideRayPacket::kSize;
+  for (std::size_t first = 0; first < rays.size(); first += kSize) {
+    const auto batch = std::span(rays).subspan(first, std::min(kSize, rays.size() - first));
+    WideRayPacket packet;
+    Moments moments;
+    moments.fill(batch.front().moment);
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const View& view = batch[i].view;
+      packet.Set(static_cast<int>(i), view.origin.cast<float>(), view.direction,
+                 static_cast<float>(kFar));
+      packet.coherent =
+          packet.coherent && view.direction.dot(batch.front().view.direction) > kCoherent;
+      moments[i] = batch[i].moment;
+    }
+    const Sights sights = Look(packet, moments);
+    for (std::size_t i = 0; i < batch.size(); ++i) batch[i].sight = sights[i];
+  }
 }
 
 SceneRenderer::RayLight SceneRenderer::Trace(const Moment& moment, const View& view) const {
-  const Sight sight = LookAlong(moment, view.origin, view.direction);
-  return {.luminance = Shade(moment, view, sight), .range = sight.hit.range};
+  std::vector<LightRay> rays = {{.moment = &moment, .view = view}};
+  LookAlong(rays);
+  RayLight light{.range = rays.front().sight.hit.range};
+  Shade(std::move(rays), {&light.luminance, 1});
+  return light;
 }
 
-Eigen::Vector3f SceneRenderer::Shade(const Moment& moment, const View& view,
-                                     const Sight& sight) const {
-  return Shade(moment, view, sight, 0.0F, 0);
-}
+// Those that are mirrored and those that pass, apart: each keep to much the same way.
+struct SceneRenderer::OnwardRays {
+  std::vector<LightRay> mirrored, passed;
+};
 
-Eigen::Vector3f SceneRenderer::Shade(const Moment& moment, const View& view, const Sight& sight,
-                                     float travelled, int depth) const {
-  if (sight.hit.range == 0.0F) {
-    const auto sky =
-        static_cast<float>(SkyAndSunLuminance(world_->lighting(), view.direction.cast<double>()));
-    const float blue = view.direction.z() > 0.0F ? 0.15F : 0.0F;
-    return {(1.0F - blue) * sky, sky, (1.0F + blue) * sky};
+void SceneRenderer::Shade(std::vector<LightRay> rays, std::span<Eigen::Vector3f> pixels) const {
+  for (int depth = 1; !rays.empty(); ++depth) {
+    OnwardRays onward;
+    for (const LightRay& ray : rays) {
+      Eigen::Vector3f& pixel = pixels[ray.pixel];
+      if (ray.sight.hit.range == 0.0F) {
+        pixel += ray.weight * SkyLight(ray.view);
+        continue;
+      }
+      const float scattered = depth < kMaxDepth ? GoOnward(ray, onward) : 1.0F;
+      pixel += scattered * ray.weight * Scattered(ray);
+    }
+    LookAlong(onward.mirrored);
+    LookAlong(onward.passed);
+    rays = std::move(onward.mirrored);
+    rays.insert(rays.end(), onward.passed.begin(), onward.passed.end());
   }
-  const float way = travelled + sight.hit.range;
-  const Spot spot = SpotOf(moment, view, sight, way);
-  const Material& material = *spot.material;
-  const Eigen::Vector3f luminance =
-      Illuminance(moment, view, sight) / kPi * Albedo(spot) +
-      Eigen::Vector3f::Constant(static_cast<float>(material.emission));
-  const bool smooth = material.mirror > 0.0 || material.transmission > 0.0;
-  if (!smooth || depth + 1 >= kMaxDepth) return luminance;
-  return Onward(moment, view, sight, way, depth, luminance);
 }
 
-// What a mirror or a pane scatters itself, and what it shows.
-Eigen::Vector3f SceneRenderer::Onward(const Moment& moment, const View& view, const Sight& sight,
-                                      float way, int depth,
-                                      const Eigen::Vector3f& scattered) const {
-  const Material& material = MaterialOf(sight.hit);
-  const Eigen::Vector3f& normal = sight.hit.normal;
+Eigen::Vector3f SceneRenderer::SkyLight(const View& view) const {
+  const auto sky =
+      static_cast<float>(SkyAndSunLuminance(world_->lighting(), view.direction.cast<double>()));
+  const float blue = view.direction.z() > 0.0F ? 0.15F : 0.0F;
+  return {(1.0F - blue) * sky, sky, (1.0F + blue) * sky};
+}
+
+// What comes from the surface itself.
+Eigen::Vector3f SceneRenderer::Scattered(const LightRay& ray) const {
+  const Spot spot = SpotOf(*ray.moment, ray.view, ray.sight, ray.travelled + ray.sight.hit.range);
+  return Illuminance(*ray.moment, ray.view, ray.sight) / kPi * Albedo(spot) +
+         Eigen::Vector3f::Constant(static_cast<float>(spot.material->emission));
+}
+
+// Sends on what a mirror or a pane shows. Gives the share of light that it scatters itself.
+float SceneRenderer::GoOnward(const LightRay& ray, OnwardRays& onward) const {
+  const Material& material = MaterialOf(ray.sight.hit);
+  if (material.mirror <= 0.0 && material.transmission <= 0.0) return 1.0F;
+  const View& view = ray.view;
+  const Eigen::Vector3f& normal = ray.sight.hit.normal;
   const float cosine = -normal.dot(view.direction);
-  const double mirrored = MirroredShare(material.mirror, cosine);
-  const double passed = TransmittedShare(material.transmission, material.mirror, cosine);
+  const auto mirrored = static_cast<float>(MirroredShare(material.mirror, cosine));
+  const auto passed =
+      static_cast<float>(TransmittedShare(material.transmission, material.mirror, cosine));
   const Eigen::Vector3d point =
-      view.origin + static_cast<double>(sight.hit.range) * view.direction.cast<double>();
-  Eigen::Vector3f luminance = static_cast<float>(1.0 - mirrored - passed) * scattered;
-  const auto add = [&](double share, const Eigen::Vector3f& direction, double side,
-                       const ExposureMotion* motion) {
-    if (share < 0.01) return;
-    const View onward{.origin = point + side * kOffTheWall * normal.cast<double>(),
-                      .direction = direction,
-                      .pixel_angle = view.pixel_angle,
-                      .motion = motion,
-                      .share = view.share};
-    const Sight next = LookAlong(moment, onward.origin, direction);
-    luminance += static_cast<float>(share) * Shade(moment, onward, next, way, depth + 1);
+      view.origin + static_cast<double>(ray.sight.hit.range) * view.direction.cast<double>();
+  const auto add = [&](float share, const Eigen::Vector3f& direction, double side,
+                       const ExposureMotion* motion, std::vector<LightRay>& rays) {
+    if (share < 0.01F) return;
+    rays.push_back({.moment = ray.moment,
+                    .view = {.origin = point + side * kOffTheWall * normal.cast<double>(),
+                             .direction = direction,
+                             .pixel_angle = view.pixel_angle,
+                             .motion = motion,
+                             .share = view.share},
+                    .pixel = ray.pixel,
+                    .weight = share * ray.weight,
+                    .travelled = ray.travelled + ray.sight.hit.range});
   };
   // Mirror images move in ways of their own; they stay sharp.
-  add(mirrored, view.direction + 2.0F * cosine * normal, 1.0, nullptr);
-  add(passed, view.direction, -1.0, view.motion);
-  return luminance;
+  add(mirrored, view.direction + 2.0F * cosine * normal, 1.0, nullptr, onward.mirrored);
+  add(passed, view.direction, -1.0, view.motion, onward.passed);
+  return 1.0F - mirrored - passed;
 }
 
 const TriangleMesh& SceneRenderer::MeshOf(const PacketHit& hit) const {
@@ -378,18 +420,17 @@ Eigen::Vector3f SceneRenderer::Albedo(const Spot& spot) const {
   constexpr std::array<std::array<int, 2>, 3> kAxes = {{{1, 2}, {0, 2}, {0, 1}}};
   Eigen::Array3f weights = (spot.normal.array().abs() - 0.35F).max(0.0F).cube();
   weights /= weights.sum();
+  // Soft as they are, stains need no blending of levels.
   const float patch_width =
       spot.width * static_cast<float>(patches_.size()) / kPatchTile;  // texels
+  const auto patch_level = static_cast<float>(static_cast<int>(Log2(std::max(1.0F, patch_width))));
   Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     if (weights[axis] < 0.01F) continue;
     const auto [u, v] = kAxes[static_cast<std::size_t>(axis)];
     const Eigen::Vector2f uv(spot.point[u], -spot.point[v]);
     const Eigen::Vector2f stretch(spot.stretch[u], -spot.stretch[v]);
-    const float stain = patches_
-                            .Sample(uv.x() / kPatchTile, uv.y() / kPatchTile,
-                                    BlendLess(std::log2(std::max(1.0F, patch_width))))
-                            .x();
+    const float stain = patches_.Sample(uv.x() / kPatchTile, uv.y() / kPatchTile, patch_level).x();
     albedo += weights[axis] * (0.6F + 0.8F * stain) *
               PlanarAlbedo(spot, uv / tile, stretch / tile, spot.width / tile);
   }
@@ -401,18 +442,11 @@ Eigen::Vector3f SceneRenderer::Albedo(const Spot& spot) const {
 Eigen::Vector3f SceneRenderer::PlanarAlbedo(const Spot& spot, const Eigen::Vector2f& uv,
                                             const Eigen::Vector2f& stretch, float width) const {
   const float length = std::max(stretch.norm(), width);
-  const int taps = std::clamp(static_cast<int>(std::ceil(0.6F * length / width)), 1, kMaxTaps);
+  const int taps = std::min(1 + static_cast<int>(0.6F * length / width), kMaxTaps);
   const float filter = std::max(width, length / static_cast<float>(taps));
   const float lod =
-      BlendLess(std::log2(std::max(1.0F, filter * static_cast<float>(spot.texture->size()))));
-  if (taps == 1) return spot.texture->Sample(uv.x(), uv.y(), lod);
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (int i = 0; i < taps; ++i) {
-    const float offset = (static_cast<float>(i) + 0.5F) / static_cast<float>(taps) - 0.5F;
-    const Eigen::Vector2f at = uv + offset * stretch;
-    sum += spot.texture->Sample(at.x(), at.y(), lod);
-  }
-  return sum / static_cast<float>(taps);
+      BlendLess(Log2(std::max(1.0F, filter * static_cast<float>(spot.texture->size()))));
+  return spot.texture->Mean(uv, stretch, taps, lod);
 }
 
 float SceneRenderer::Illuminance(const Moment& moment, const View& view, const Sight& sight) const {

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "mlvi/sim/irradiance_cache.h"
@@ -24,8 +26,9 @@ bool SameSurface(const Sight& a, const Sight& b);
 
 // What light does in a world: textures, sun with hard shadows, sky and lamps with soft ones
 // (IrradianceCache), mirrors and panes. First what rays meet (Look, in packets), then what light
-// comes from there (Shade): rays that meet the same surface share one shade. Draws the textures
-// when constructed. Const functions are thread-safe and give the same bits on every call.
+// comes from there (Shade, many rays at once, so that what mirrors and panes show is traced in
+// packets, too): rays that meet the same surface share one shade. Draws the textures when
+// constructed. Const functions are thread-safe and give the same bits on every call.
 class SceneRenderer {
  public:
   // `world` must outlive the renderer.
@@ -71,14 +74,25 @@ class SceneRenderer {
     const ExposureMotion* motion = nullptr;
     float share = 1.0F;
   };
-  // What the rays of a packet meet, each at its own moment (the first and the last of them at most
-  // an exposure apart).
-  using Moments = std::array<const Moment*, RayPacket::kSize>;
-  std::array<Sight, RayPacket::kSize> Look(const RayPacket& rays, const Moments& moments) const;
-  // Luminance of that, cd/m^2 by colour: red, green, blue.
-  Eigen::Vector3f Shade(const Moment& moment, const View& view, const Sight& sight) const;
+  // What the rays of a packet meet, each at its own moment.
+  using Moments = std::array<const Moment*, WideRayPacket::kSize>;
+  using Sights = std::array<Sight, WideRayPacket::kSize>;
+  Sights Look(const WideRayPacket& rays, const Moments& moments) const;
 
-  // Both for one ray.
+  // A ray, what it met, and which pixel its light counts for.
+  struct LightRay {
+    const Moment* moment = nullptr;
+    View view;
+    Sight sight;
+    std::size_t pixel = 0;
+    float weight = 1.0F;
+    float travelled = 0.0F;  // m, up to the view's origin: by way of mirrors and panes
+  };
+  // Adds the luminance that comes along every ray, times its weight, to that of its pixel; cd/m^2
+  // by colour: red, green, blue.
+  void Shade(std::vector<LightRay> rays, std::span<Eigen::Vector3f> pixels) const;
+
+  // All of it for one ray.
   struct RayLight {
     Eigen::Vector3f luminance = Eigen::Vector3f::Zero();
     float range = 0.0F;  // m; 0: the sky
@@ -102,12 +116,11 @@ class SceneRenderer {
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m, the long axis of the cone's footprint
     float width = 0.0F;                                 // m, its short axis
   };
-  Sight LookAlong(const Moment& moment, const Eigen::Vector3d& origin,
-                  const Eigen::Vector3f& direction) const;
-  Eigen::Vector3f Shade(const Moment& moment, const View& view, const Sight& sight, float travelled,
-                        int depth) const;
-  Eigen::Vector3f Onward(const Moment& moment, const View& view, const Sight& sight, float way,
-                         int depth, const Eigen::Vector3f& scattered) const;
+  struct OnwardRays;  // from mirrors and panes
+  void LookAlong(std::vector<LightRay>& rays) const;
+  Eigen::Vector3f SkyLight(const View& view) const;
+  Eigen::Vector3f Scattered(const LightRay& ray) const;
+  float GoOnward(const LightRay& ray, OnwardRays& onward) const;
   const TriangleMesh& MeshOf(const PacketHit& hit) const;
   const Material& MaterialOf(const PacketHit& hit) const;
   Spot SpotOf(const Moment& moment, const View& view, const Sight& sight, float way) const;

@@ -61,11 +61,15 @@ class Texture {
   // Trilinear: bilinear within the two levels next to `lod` (0: full size; clamped to the pyramid).
   // u to the right, v down the rows, in repeats (|u|, |v| < 1e9); texel (0, 0) is centred on (0.5,
   // 0.5) / size.
-  Eigen::Vector3f Sample(float u, float v, float lod) const;
+  Eigen::Vector3f Sample(float u, float v, float lod) const {
+    return Mean({u, v}, Eigen::Vector2f::Zero(), 1, lod);
+  }
+  // The mean of `taps` (>= 1) such samples, evenly spread over the line of the length and direction
+  // of `stretch` that has its middle at `uv`.
+  Eigen::Vector3f Mean(const Eigen::Vector2f& uv, const Eigen::Vector2f& stretch, int taps,
+                       float lod) const;
 
  private:
-  Eigen::Vector3f Bilinear(float u, float v, int level) const;
-
   int size_;
   std::vector<std::size_t> offsets_;   // of each level
   std::vector<std::uint16_t> values_;  // 65535 = 1, four per texel (the last one unused)

@@ -3,6 +3,7 @@
 #include "mlvi/sim/world.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -244,35 +245,44 @@ namespace {
 // A cone around all rays of a packet: it starts in a ball around their origins.
 class PacketCone {
  public:
-  explicit PacketCone(const RayPacket& rays) {
-    int count = 0;
-    for (int i = 0; i < RayPacket::kSize; ++i) {
-      if (!rays.IsActive(i)) continue;
-      origin_ += rays.Origin(i).cast<double>();
-      axis_ += rays.Direction(i).cast<double>();
-      ++count;
-    }
-    origin_ /= std::max(1, count);
+  template <std::size_t N>
+  explicit PacketCone(const RayPacketOf<N>& rays) {
+    // Lanes side by side, those of inactive rays like the first active one.
+    const auto first = static_cast<std::size_t>(std::countr_zero(rays.active));
+    const auto filled = [&](const typename RayPacketOf<N>::Lanes& lanes) {
+      auto all = lanes;
+      for (std::size_t i = 0; i < N; ++i) {
+        if ((rays.active >> i & 1U) == 0) all[i] = lanes[first];
+      }
+      return all;
+    };
+    const auto x = filled(rays.x), y = filled(rays.y), z = filled(rays.z);
+    const auto dx = filled(rays.dx), dy = filled(rays.dy), dz = filled(rays.dz);
+    origin_ = {x[first], y[first], z[first]};
+    for (std::size_t i = 0; i < N; ++i) axis_ += Eigen::Vector3f(dx[i], dy[i], dz[i]);
     axis_.normalize();
-    for (int i = 0; i < RayPacket::kSize; ++i) {
-      if (!rays.IsActive(i)) continue;
-      cosine_ = std::min(cosine_, axis_.dot(rays.Direction(i).cast<double>()));
-      spread_ = std::max(spread_, (rays.Origin(i).cast<double>() - origin_).norm());
+    float away2 = 0.0F;
+    for (std::size_t i = 0; i < N; ++i) {
+      cosine_ = std::min(cosine_, axis_.x() * dx[i] + axis_.y() * dy[i] + axis_.z() * dz[i]);
+      const float px = x[i] - origin_.x(), py = y[i] - origin_.y(), pz = z[i] - origin_.z();
+      away2 = std::max(away2, px * px + py * py + pz * pz);
     }
-    cosine_ = std::max(0.0, cosine_ - 1e-6);  // rays are known to single precision
-    sine_ = std::sqrt(1.0 - cosine_ * cosine_);
+    spread_ = std::sqrt(away2) + 0.01F;  // all of this is known to single precision
+    cosine_ -= 1e-6F;
+    sine_ = std::sqrt(std::max(0.0F, 1.0F - cosine_ * cosine_));
   }
 
-  bool MayMeet(const Eigen::Vector3d& centre, double radius) const {
-    const Eigen::Vector3d to_centre = centre - origin_;
-    const double reach = radius + spread_, along = to_centre.dot(axis_);
-    const double across = std::sqrt(std::max(0.0, to_centre.squaredNorm() - along * along));
-    return along * sine_ + reach >= across * cosine_ && along + reach >= 0.0;
+  bool MayMeet(const Eigen::Vector3f& centre, float radius) const {
+    if (!(cosine_ > 0.0F)) return true;  // more than half of all directions
+    const Eigen::Vector3f to_centre = centre - origin_;
+    const float reach = radius + spread_, along = to_centre.dot(axis_);
+    const float across = std::sqrt(std::max(0.0F, to_centre.squaredNorm() - along * along));
+    return along * sine_ + reach >= across * cosine_ && along + reach >= 0.0F;
   }
 
  private:
-  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero(), axis_ = Eigen::Vector3d::Zero();
-  double cosine_ = 1.0, sine_ = 0.0, spread_ = 0.0;
+  Eigen::Vector3f origin_ = Eigen::Vector3f::Zero(), axis_ = Eigen::Vector3f::Zero();
+  float cosine_ = 1.0F, sine_ = 0.0F, spread_ = 0.0F;
 };
 
 }  // namespace
@@ -285,25 +295,40 @@ struct WorldSnapshot::PartRay {
   Eigen::Vector3d origin, direction;
 };
 
+// A ball around where an object is at the instants of all rays.
+template <std::size_t N>
+WorldSnapshot::Sphere WorldSnapshot::BoundOf(std::size_t object, const RayPacketOf<N>& rays,
+                                             const PerRayOf<N>& snapshots) {
+  const WorldSnapshot* known = snapshots[static_cast<std::size_t>(std::countr_zero(rays.active))];
+  Sphere bound = known->bounds_[object];
+  double away2 = 0.0;
+  for (std::size_t i = 0; i < N; ++i) {
+    if (!rays.IsActive(static_cast<int>(i)) || snapshots[i] == known) continue;
+    known = snapshots[i];
+    const Sphere& other = known->bounds_[object];
+    away2 = std::max(away2, (other.centre - bound.centre).squaredNorm());
+    bound.radius = std::max(bound.radius, other.radius);
+  }
+  bound.radius += std::sqrt(away2);
+  return bound;
+}
+
 // Calls visit(PartRay) for all pairs of a ray and a part of a moving object that may meet.
-template <typename Visit>
-void WorldSnapshot::VisitMovers(const RayPacket& rays, const PerRay& snapshots,
+template <std::size_t N, typename Visit>
+void WorldSnapshot::VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots,
                                 const Visit& visit) {
-  const WorldSnapshot &first = *snapshots.front(), &last = *snapshots.back();
-  if (first.bounds_.empty()) return;
+  const WorldSnapshot& first = *snapshots.front();
+  if (first.bounds_.empty() || rays.active == 0) return;
   const PacketCone cone(rays);
   for (std::size_t object = 0; object < first.bounds_.size(); ++object) {
-    // A ball around where the object is at all of the instants.
-    const Sphere &a = first.bounds_[object], &b = last.bounds_[object];
-    const double half = 0.5 * (b.centre - a.centre).norm();
-    if (!cone.MayMeet(0.5 * (a.centre + b.centre), half + std::max(a.radius, b.radius) + 0.05))
-      continue;
+    const Sphere bound = BoundOf(object, rays, snapshots);
+    if (!cone.MayMeet(bound.centre.cast<float>(), static_cast<float>(bound.radius))) continue;
     const auto& parts = first.world_->scene_->parts[object];
-    for (int ray = 0; ray < RayPacket::kSize; ++ray) {
+    for (int ray = 0; ray < rays.kSize; ++ray) {
       if (!rays.IsActive(ray)) continue;
       const WorldSnapshot& snapshot = *snapshots[static_cast<std::size_t>(ray)];
-      const Eigen::Vector3d origin = rays.Origin(ray).cast<double>(),
-                            direction = rays.Direction(ray).cast<double>();
+      const Eigen::Vector3d origin = rays.Origin(ray).template cast<double>(),
+                            direction = rays.Direction(ray).template cast<double>();
       const double limit = rays.limit[static_cast<std::size_t>(ray)];
       for (std::size_t k = 0; k < parts.size(); ++k) {
         const std::size_t index = snapshot.firsts_[object] + k;
@@ -317,8 +342,9 @@ void WorldSnapshot::VisitMovers(const RayPacket& rays, const PerRay& snapshots,
   }
 }
 
-PacketHits WorldSnapshot::Cast(const RayPacket& rays, const PerRay& snapshots) {
-  PacketHits hits;
+template <std::size_t N>
+PacketHitsOf<N> WorldSnapshot::Cast(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots) {
+  PacketHitsOf<N> hits;
   const World::Scene& scene = *snapshots.front()->world_->scene_;
   scene.tracer.Cast(rays, hits);
   VisitMovers(rays, snapshots, [&](const PartRay& at) {
@@ -339,7 +365,8 @@ PacketHits WorldSnapshot::Cast(const RayPacket& rays, const PerRay& snapshots) {
   return hits;
 }
 
-unsigned WorldSnapshot::Occluded(const RayPacket& rays, const PerRay& snapshots) {
+template <std::size_t N>
+unsigned WorldSnapshot::Occluded(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots) {
   const World::Scene& scene = *snapshots.front()->world_->scene_;
   unsigned occluded = scene.tracer.Occluded(rays);
   VisitMovers(rays, snapshots, [&](const PartRay& at) {
@@ -351,5 +378,10 @@ unsigned WorldSnapshot::Occluded(const RayPacket& rays, const PerRay& snapshots)
   });
   return occluded;
 }
+
+template PacketHitsOf<8> WorldSnapshot::Cast(const RayPacketOf<8>&, const PerRayOf<8>&);
+template PacketHitsOf<16> WorldSnapshot::Cast(const RayPacketOf<16>&, const PerRayOf<16>&);
+template unsigned WorldSnapshot::Occluded(const RayPacketOf<8>&, const PerRayOf<8>&);
+template unsigned WorldSnapshot::Occluded(const RayPacketOf<16>&, const PerRayOf<16>&);
 
 }  // namespace mlvi

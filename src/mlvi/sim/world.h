@@ -145,12 +145,16 @@ class WorldSnapshot {
   bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                 double max_range) const;
 
-  // Packets of rays, each at its own instant: `snapshots` are of one world, one for each ray, the
-  // first and the last of them at most an exposure apart. Cast gives the first surface of every
-  // active ray, Occluded the bits of those as Occluded of one ray does.
-  using PerRay = std::array<const WorldSnapshot*, RayPacket::kSize>;
-  static PacketHits Cast(const RayPacket& rays, const PerRay& snapshots);
-  static unsigned Occluded(const RayPacket& rays, const PerRay& snapshots);
+  // Packets of 8 or 16 rays, each at its own instant: `snapshots` are of one world, one for each
+  // ray (that of a ray that is not active may be any). Cast gives the first surface of every active
+  // ray, Occluded the bits of those as Occluded of one ray does.
+  template <std::size_t N>
+  using PerRayOf = std::array<const WorldSnapshot*, N>;
+  using PerRay = PerRayOf<8>;
+  template <std::size_t N>
+  static PacketHitsOf<N> Cast(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots);
+  template <std::size_t N>
+  static unsigned Occluded(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots);
 
  private:
   friend class World;
@@ -164,8 +168,12 @@ class WorldSnapshot {
   void VisitMovers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                    double max_range, const Visit& visit) const;
   struct PartRay;
-  template <typename Visit>
-  static void VisitMovers(const RayPacket& rays, const PerRay& snapshots, const Visit& visit);
+  template <std::size_t N>
+  static Sphere BoundOf(std::size_t object, const RayPacketOf<N>& rays,
+                        const PerRayOf<N>& snapshots);
+  template <std::size_t N, typename Visit>
+  static void VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots,
+                          const Visit& visit);
 
   const World* world_;
   double seconds_ = 0.0;  // after the start of the world's clock
