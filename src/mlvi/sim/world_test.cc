@@ -121,7 +121,9 @@ TEST(World, MovingObjectsAreMetWhereTheyAreAtTheTime) {
 }
 
 // Packets against rays one by one: among static triangles and movers, each ray at its own instant.
-TEST(World, PacketsMeetWhatTheirRaysMeet) {
+template <typename Packet>
+void ExpectPacketsMeetWhatTheirRaysMeet() {
+  constexpr std::size_t kSize = Packet::kSize;
   World world(MakeCourtyard(1).world.mesh(), {}, {Runner()});
   const Time begin = Time::FromNanoseconds(0);
   world.StartClock(begin);
@@ -129,46 +131,55 @@ TEST(World, PacketsMeetWhatTheirRaysMeet) {
   int met = 0, met_mover = 0, occluded = 0;
   for (int repeat = 0; repeat < 300; ++repeat) {
     std::vector<WorldSnapshot> snapshots;
-    for (int i = 0; i < RayPacket::kSize; ++i)
+    for (int i = 0; i < Packet::kSize; ++i)
       snapshots.push_back(world.At(begin + Duration::FromSeconds(0.1 * repeat / 30.0 + 1e-3 * i)));
     const Eigen::Vector3d runner = snapshots.front().PoseOf(0, 0).translation();
     // From around the runner towards it, half of them somewhat past it.
     const Eigen::Vector3d from = runner + 3.0 * RandomUnit(random);
     const Eigen::Vector3d aim = (runner - from).normalized();
-    RayPacket rays;
-    WorldSnapshot::PerRay at;
-    std::array<Eigen::Vector3f, RayPacket::kSize> directions;
-    for (int i = 0; i < RayPacket::kSize; ++i) {
+    Packet rays;
+    rays.coherent = repeat % 2 == 0;
+    WorldSnapshot::PerRayOf<kSize> at;
+    std::array<Eigen::Vector3f, kSize> directions;
+    for (int i = 0; i < Packet::kSize; ++i) {
       const auto k = static_cast<std::size_t>(i);
       at[k] = &snapshots[k];
       directions[k] = (aim + 0.25 * RandomUnit(random)).normalized().cast<float>();
       if (repeat % 3 != 0 || i % 2 == 0) rays.Set(i, from.cast<float>(), directions[k], 20.0F);
     }
-    const PacketHits hits = WorldSnapshot::Cast(rays, at);
+    const PacketHitsOf<kSize> hits = WorldSnapshot::Cast(rays, at);
     const unsigned blocked = WorldSnapshot::Occluded(rays, at);
-    for (int i = 0; i < RayPacket::kSize; ++i) {
+    for (int i = 0; i < Packet::kSize; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const Eigen::Vector3d o = from.cast<float>().cast<double>(), d = directions[k].cast<double>();
+      const Eigen::Vector3f direction = directions[k];
+      const PacketHit& hit = hits[k];
+      const Eigen::Vector3d o = from.cast<float>().cast<double>(), d = direction.cast<double>();
       const auto expected = snapshots[k].Cast(o, d, 20.0);
       if (!rays.IsActive(i)) {
-        EXPECT_EQ(hits[k].range, 0.0F);
+        EXPECT_EQ(hit.range, 0.0F);
         EXPECT_EQ(blocked >> i & 1U, 0U);
         continue;
       }
-      ASSERT_EQ(hits[k].range > 0.0F, expected.has_value());
+      ASSERT_EQ(hit.range > 0.0F, expected.has_value());
       EXPECT_EQ((blocked >> i & 1U) != 0, snapshots[k].Occluded(o, d, 20.0));
       occluded += static_cast<int>(blocked >> i & 1U);
       if (!expected) continue;
-      EXPECT_NEAR(hits[k].range, expected->range, 1e-4);
-      EXPECT_EQ(hits[k].object, expected->object);
-      EXPECT_NEAR(hits[k].normal.cast<double>().dot(expected->normal), 1.0, 1e-4);
+      EXPECT_NEAR(hit.range, expected->range, 1e-4);
+      EXPECT_EQ(hit.object, expected->object);
+      EXPECT_NEAR(hit.normal.cast<double>().dot(expected->normal), 1.0, 1e-4);
       ++met;
-      met_mover += hits[k].object == 0;
+      met_mover += hit.object == 0;
     }
   }
   EXPECT_GT(met, 1000);
   EXPECT_GT(met_mover, 200);
   EXPECT_GT(occluded, 1000);
+}
+
+TEST(World, PacketsMeetWhatTheirRaysMeet) { ExpectPacketsMeetWhatTheirRaysMeet<RayPacket>(); }
+
+TEST(World, WidePacketsMeetWhatTheirRaysMeet) {
+  ExpectPacketsMeetWhatTheirRaysMeet<WideRayPacket>();
 }
 
 TEST(World, LightPassesGlassAndRaysMeetIt) {
