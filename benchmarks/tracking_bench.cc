@@ -3,7 +3,9 @@
 //
 // Cost of the visual front end per image set, over the number of cameras: pyramids, flow there and
 // back, RANSAC and new features. 720 x 540 px pictures of natural spectrum that turn by a degree
-// per set, as at 1 rad/s and 60 Hz.
+// per set, as at 1 rad/s and 60 Hz. With --sequence, accuracy instead: the tracks that visual odometry
+// has on a simulated sequence, with all cameras and with the first one alone, against the truth:
+//   tracking_bench --sequence room-01 --seconds 60 --rate 10 --exact --cache drawn
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,10 +14,12 @@
 #include <ctime>
 #include <vector>
 
+#include "drawn_sequence.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/features/testing.h"
 #include "mlvi/panorama/panoramic_tracker.h"
 #include "mlvi/panorama/testing.h"
+#include "track_accuracy.h"
 
 namespace mlvi {
 namespace {
@@ -101,24 +105,91 @@ void Run(const std::vector<int>& counts, int repeats, int threads, PanoramicTrac
   }
 }
 
+void PrintRows(std::size_t cameras, const std::vector<TrackAccuracy::Row>& rows) {
+  for (const TrackAccuracy::Row& row : rows) {
+    fmt::print(
+        "| {} | {} | {} | {:.1f} | {:.3f} | {:.1f} | {:.3f} | {:.2f} | {:.1f} | {:.1f} | {:.2f} | "
+        "{:.0f} | {:.1f} "
+        "|\n",
+        cameras, row.kind, row.tracks, 100.0 * row.share, row.step, 100.0 * row.step_1, row.median,
+        row.p90, 100.0 * row.beyond_1, 100.0 * row.beyond_3, row.whole_median,
+        100.0 * row.short_lived, 100.0 * row.beyond_1_young);
+  }
+}
+
+void FollowSequence(const DrawnSetup& setup, const VioConfig& config, const Recording& recording,
+                    const std::vector<std::string>& cameras, const std::string& images) {
+  std::vector<int> new_index;
+  const Rig used = SelectCameras(recording.rig(), cameras, new_index);
+  const auto model = PanoramaModel::FromRig(used);
+  MLVI_CHECK(model.has_value(), "{}", model.error().message);
+  const std::uint64_t seed = setup.noise_seeds.front();
+  const ImuSimulator imu = MakeImu(recording, seed);
+  StageTimes times;
+  Vio vio(config, used, times);
+  TrackAccuracy accuracy(recording, *model);
+  bool started = false;
+  PlaySets(
+      imu, SetReader(images, new_index), [](Time) {},
+      [&](const ImageSet& set, const std::vector<ImuSample>& samples) {
+        if (set.stamp > recording.end()) return;
+        if (!started) {
+          NavState truth = recording.GroundTruth(set.stamp);
+          truth.bias = imu.BiasAt(set.stamp);
+          vio.Start(NoisyTruth(truth, seed));
+        }
+        started = vio.Process(set, samples).status == VioResult::Status::kTracking;
+        accuracy.Observe(set.stamp, vio.tracks());
+      });
+  PrintRows(used.cameras.size(), accuracy.Rows());
+}
+
+void RunSequence(const DrawnSetup& setup, const Rig& rig, const VioConfig& config) {
+  const std::string images = DrawImages(setup, rig);
+  const Recording recording(MakeSequence(setup, rig));  // without images
+  fmt::print(
+      "| cameras | on | tracks | share, % | step: median, px | > 1 px, % | {0} sets: median, px | "
+      "p90, "
+      "px | > 1 px, % | > 3 px, % | since the start: median, px | tracks that end before {0} sets, "
+      "% "
+      "| > 1 px after {0}, % |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      TrackAccuracy::kSpan);
+  FollowSequence(setup, config, recording, {}, images);
+  FollowSequence(setup, config, recording, {rig.cameras.front().name}, images);
+}
+
 }  // namespace
 }  // namespace mlvi
 
 int main(int argc, char** argv) {
-  CLI::App app("Cost of the visual front end over the number of cameras");
-  int repeats = 60, threads = 2;
+  CLI::App app(
+      "Cost of the visual front end over the number of cameras, and accuracy of its tracks");
+  int repeats = 60;
   std::vector<int> counts = {1, 2, 4, 6};
-  mlvi::PanoramicTrackerConfig config;
+  mlvi::DrawnSetup setup;
+  setup.threads = 2;
+  mlvi::VioConfig config;
+  mlvi::PanoramicTrackerConfig& tracker = config.tracker;
+  mlvi::AddDrawnOptions(app, setup);
   app.add_option("--cameras", counts,
                  "Numbers of cameras; the first is what others are compared with")
       ->check(CLI::Range(1, 20));
   app.add_option("--repeats", repeats, "Image sets per entry")->check(CLI::Range(3, 100000));
-  app.add_option("--threads", threads, "Threads, 0 for all cores");
-  app.add_option("--budget", config.budget, "Features");
-  app.add_option("--window", config.pyramid.window_px, "Window, px");
-  app.add_option("--levels", config.pyramid.levels, "Pyramid levels");
-  app.add_flag("--equalise", config.pyramid.equalise, "Equalise contrast");
+  app.add_option("--budget", tracker.budget, "Features");
+  app.add_option("--window", tracker.pyramid.window_px, "Window, px");
+  app.add_option("--levels", tracker.pyramid.levels, "Pyramid levels");
+  app.add_flag("--equalise", tracker.pyramid.equalise, "Equalise contrast");
   CLI11_PARSE(app, argc, argv);
-  mlvi::Run(counts, repeats, threads, config);
+  const auto rig = mlvi::Resolve(setup, config);
+  if (!rig) {
+    fmt::print(stderr, "{}\n", rig.error().message);
+    return 1;
+  }
+  if (setup.sequence.empty()) {
+    mlvi::Run(counts, repeats, setup.threads, tracker);
+  } else {
+    const mlvi::ThreadLimit threads(setup.threads);
+    mlvi::RunSequence(setup, *rig, config);
+  }
   return 0;
 }

@@ -20,129 +20,22 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "bench_setup.h"
+#include "drawn_sequence.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/eval/evaluation.h"
 #include "mlvi/eval/nees.h"
 #include "mlvi/sim/recording.h"
 #include "mlvi/vio/vio.h"
+#include "track_accuracy.h"
 
 namespace {
 
 using namespace mlvi;
 
-struct Options : BenchSetup {
-  std::string cache = "vio_bench_images";
-  double rate = 15.0, start_after = 0.0;
-  std::uint64_t seed = 1;
-  std::vector<std::uint64_t> noise_seeds = {1};
-  bool exact = false, depth = false, no_start = false, verbose = false;
+struct Options : DrawnSetup {
+  double start_after = 0.0;
+  bool depth = false, no_start = false, verbose = false, tracks = false;
   std::vector<std::string> cameras;
-};
-
-SequenceOptions MakeSequence(const Options& o, const Rig& rig) {
-  SequenceOptions sequence = StandardSequence(o.sequence, rig, o.seconds, o.seed);
-  if (o.exact) sequence.rig = MakeSimulatedRig(rig, false, o.seed);
-  sequence.rest = o.rest;
-  sequence.image_rate = o.rate;
-  return sequence;
-}
-
-// All images of a sequence in one file: records of [camera, stamp, width, height, pixels].
-class ImageFile {
- public:
-  explicit ImageFile(const std::string& path) : in_(path, std::ios::binary) {}
-  static void Write(std::ostream& out, const Image& image) {
-    const std::int64_t header[4] = {image.camera, image.stamp.nanoseconds(), image.width,
-                                    image.height};
-    out.write(reinterpret_cast<const char*>(header), sizeof header);
-    out.write(reinterpret_cast<const char*>(image.pixels.data()),
-              static_cast<std::streamsize>(image.pixels.size()));
-  }
-  std::optional<Image> Next() {
-    std::int64_t header[4];
-    if (!in_.read(reinterpret_cast<char*>(header), sizeof header)) return std::nullopt;
-    Image image{.stamp = Time::FromNanoseconds(header[1]),
-                .camera = static_cast<int>(header[0]),
-                .width = static_cast<int>(header[2]),
-                .height = static_cast<int>(header[3])};
-    image.pixels.resize(static_cast<std::size_t>(header[2] * header[3]));
-    if (!in_.read(reinterpret_cast<char*>(image.pixels.data()),
-                  static_cast<std::streamsize>(image.pixels.size()))) {
-      return std::nullopt;
-    }
-    return image;
-  }
-
- private:
-  std::ifstream in_;
-};
-
-std::string CachePath(const Options& o, const Rig& rig, std::string_view suffix) {
-  return fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.{}", o.cache, o.sequence, rig.name,
-                     o.seed, o.seconds, o.rate, o.rest, o.exact ? "-exact" : "", suffix);
-}
-
-// Writes a file of the cache, unless it is there already, by `write(stream)`. A file that is there
-// is whole.
-template <typename Write>
-void WriteOnce(const std::string& path, const Write& write) {
-  if (std::filesystem::exists(path)) return;
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
-  const std::string unfinished = path + ".unfinished";
-  {
-    std::ofstream out(unfinished, std::ios::binary);
-    write(out);
-  }
-  std::filesystem::rename(unfinished, path);
-}
-
-// Draws the images of all cameras, unless they are there already. Returns the file.
-std::string DrawImages(const Options& o, const Rig& rig) {
-  std::string path = CachePath(o, rig, "images");
-  WriteOnce(path, [&](std::ostream& out) {
-    SequenceOptions sequence = MakeSequence(o, rig);
-    sequence.cameras = rig.CameraNames();
-    Recording recording(sequence);
-    int images = 0;
-    while (true) {
-      const auto next = recording.Next();
-      if (!next || !*next) break;
-      const auto* image = std::get_if<Image>(&**next);
-      if (image == nullptr) continue;
-      ImageFile::Write(out, *image);
-      if (++images % 100 == 0) {
-        fmt::print(stderr, "{} images drawn, {:.0f} %\n", images, 100.0 * recording.Progress());
-      }
-    }
-  });
-  return path;
-}
-
-// The images of one instant; cameras renumbered to those in use.
-class SetReader {
- public:
-  SetReader(const std::string& path, std::vector<int> new_index)
-      : file_(path), new_index_(std::move(new_index)), next_(file_.Next()) {}
-
-  std::optional<ImageSet> Next() {
-    if (!next_) return std::nullopt;
-    ImageSet set{.stamp = next_->stamp, .images = {}};
-    while (next_ && next_->stamp == set.stamp) {
-      const int camera = new_index_[static_cast<std::size_t>(next_->camera)];
-      if (camera >= 0) {
-        set.images.push_back(std::move(*next_));
-        set.images.back().camera = camera;
-      }
-      next_ = file_.Next();
-    }
-    return set;
-  }
-
- private:
-  ImageFile file_;
-  std::vector<int> new_index_;
-  std::optional<Image> next_;
 };
 
 // What the odometry's sweep would be: deskewed by the truth to its last firing, every fourth point.
@@ -206,32 +99,6 @@ class CloudFile {
   std::ifstream in_;
 };
 
-// The IMU of the recording with noise and biases of another seed.
-ImuSimulator MakeImu(const Recording& recording, std::uint64_t seed) {
-  const Rig& rig = recording.options().rig.true_rig;
-  const ImuPhysics physics{
-      .rate_hz = rig.imu.rate_hz,
-      .noise = recording.options().imu_noise,
-      .accelerometer_saturation = rig.imu.accelerometer_saturation,
-      .gyroscope_saturation = rig.imu.gyroscope_saturation,
-      .gravity = rig.gravity,
-      .errors = EffectiveErrors(recording.options().imu_errors, recording.options().faults)};
-  return ImuSimulator(physics, recording.motion(), recording.begin(), recording.end(),
-                      RandomStream(seed, "imu"));
-}
-
-OdometryEstimate NoisyTruth(const NavState& truth, std::uint64_t seed) {
-  Vector15d sigma;
-  sigma << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(0.02),
-      Eigen::Vector3d::Constant(2e-3), Eigen::Vector3d::Constant(0.03),
-      Eigen::Vector3d::Constant(2e-3);
-  RandomStream random(seed, "start");
-  Vector15d error;
-  for (int i = 0; i < 15; ++i) error[i] = sigma[i] * random.Normal();
-  // Heading and position are the world's, not to be estimated.
-  return {.state = BoxPlus(truth, error), .covariance = sigma.cwiseAbs2().asDiagonal()};
-}
-
 struct Run {
   Trajectory estimate;
   std::vector<double> nees;  // of the pose, twice per second
@@ -252,8 +119,13 @@ double Mean(const std::vector<double>& values) {
 class Runner {
  public:
   Runner(const Options& options, const Recording& recording, const ImuSimulator& imu,
-         std::uint64_t noise_seed, Vio& vio)
-      : options_(options), recording_(recording), imu_(imu), noise_seed_(noise_seed), vio_(vio) {}
+         std::uint64_t noise_seed, const PanoramaModel& model, Vio& vio)
+      : options_(options),
+        recording_(recording),
+        imu_(imu),
+        noise_seed_(noise_seed),
+        vio_(vio),
+        accuracy_(recording, model) {}
 
   void Process(const ImageSet& set, std::span<const ImuSample> imu) {
     if (set.stamp > recording_.end()) return;
@@ -268,8 +140,10 @@ class Runner {
     cpu_ += std::clock() - before;
     ++run.sets;
     run.cpu_ms = 1e3 * static_cast<double>(cpu_) / CLOCKS_PER_SEC / run.sets;
+    if (options_.tracks) accuracy_.Observe(set.stamp, vio_.tracks());
     Observe(set, result);
   }
+  std::vector<TrackAccuracy::Row> TrackErrors() const { return accuracy_.Rows(); }
   Run run;
 
  private:
@@ -326,6 +200,7 @@ class Runner {
   const ImuSimulator& imu_;
   std::uint64_t noise_seed_;
   Vio& vio_;
+  TrackAccuracy accuracy_;
   bool started_ = false;
   std::clock_t cpu_ = 0;
 };
@@ -388,18 +263,22 @@ nlohmann::ordered_json ToJson(const Options& o, std::uint64_t noise_seed, const 
   return j;
 }
 
-// The rig with the chosen cameras only; `new_index` maps those of the whole rig.
-Rig SelectCameras(const Rig& rig, const std::vector<std::string>& names,
-                  std::vector<int>& new_index) {
-  Rig selected = rig;
-  selected.cameras.clear();
-  for (const CameraSpec& camera : rig.cameras) {
-    const bool in_use =
-        names.empty() || std::find(names.begin(), names.end(), camera.name) != names.end();
-    new_index.push_back(in_use ? static_cast<int>(selected.cameras.size()) : -1);
-    if (in_use) selected.cameras.push_back(camera);
+nlohmann::ordered_json ToJson(const std::vector<TrackAccuracy::Row>& rows) {
+  nlohmann::ordered_json json;
+  for (const TrackAccuracy::Row& row : rows) {
+    json[row.kind] = {{"tracks", row.tracks},
+                      {"share", row.share},
+                      {"step_px", row.step},
+                      {"step_beyond_1", row.step_1},
+                      {"median_px", row.median},
+                      {"p90_px", row.p90},
+                      {"beyond_1", row.beyond_1},
+                      {"beyond_3", row.beyond_3},
+                      {"whole_median_px", row.whole_median},
+                      {"short_lived", row.short_lived},
+                      {"young_beyond_1", row.beyond_1_young}};
   }
-  return selected;
+  return json;
 }
 
 void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
@@ -408,22 +287,20 @@ void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
   const ImuSimulator imu = MakeImu(recording, noise_seed);
   StageTimes times;
   Vio vio(config, used, times);
-  Runner runner(options, recording, imu, noise_seed, vio);
-  std::optional<ImageSet> set = sets.Next();
+  const auto model = PanoramaModel::FromRig(used);
+  Runner runner(options, recording, imu, noise_seed, *model, vio);
   std::optional<Cloud> cloud = clouds ? clouds->Next() : std::nullopt;
-  std::vector<ImuSample> samples;
-  for (std::size_t i = 0; set && i < imu.size(); ++i) {
-    samples.push_back(imu.Sample(i));
-    for (; cloud && cloud->stamp <= samples.back().stamp; cloud = clouds->Next()) {
+  const auto add_clouds = [&](Time now) {
+    for (; cloud && cloud->stamp <= now; cloud = clouds->Next()) {
       vio.AddDepthCloud(cloud->points, recording.GroundTruth(cloud->stamp).T_world_body,
                         cloud->stamp);
     }
-    for (; set && set->stamp <= samples.back().stamp; set = sets.Next()) {
-      runner.Process(*set, samples);
-      samples.erase(samples.begin(), samples.end() - 1);
-    }
-  }
-  fmt::print("{}\n", ToJson(options, noise_seed, runner.run, recording, times).dump());
+  };
+  PlaySets(imu, std::move(sets), add_clouds,
+           [&](const ImageSet& set, const auto& samples) { runner.Process(set, samples); });
+  nlohmann::ordered_json json = ToJson(options, noise_seed, runner.run, recording, times);
+  if (options.tracks) json["track_errors"] = ToJson(runner.TrackErrors());
+  fmt::print("{}\n", json.dump());
   std::fflush(stdout);  // a run takes minutes
 }
 
@@ -451,17 +328,12 @@ int main(int argc, char** argv) {
   options.sequence = "quad-easy";
   options.seconds = 40.0;
   CLI::App app("Visual-inertial odometry on simulated sequences: accuracy, consistency, speed");
-  AddSetupOptions(app, options);
-  app.add_option("--cache", options.cache, "Folder for drawn images and sweeps");
-  app.add_option("--rate", options.rate, "Sets of images per second");
-  app.add_option("--seed", options.seed, "Of the sequence");
-  app.add_option("--noise-seeds", options.noise_seeds, "Of the IMU and the first state's error")
-      ->delimiter(',');
+  AddDrawnOptions(app, options);
   app.add_option("--start-after", options.start_after, "Seconds until the start");
   app.add_option("--cameras", options.cameras, "Names; all without")->delimiter(',');
-  app.add_flag("--exact", options.exact, "Cameras are where the rig file has them");
   app.add_flag("--depth", options.depth, "Depths from LiDAR");
   app.add_flag("--no-start", options.no_start, "No first state: cameras and IMU alone");
+  app.add_flag("--tracks", options.tracks, "Errors of the tracks, too: half as long again");
   app.add_flag("--verbose", options.verbose, "A line per set");
   CLI11_PARSE(app, argc, argv);
   mlvi::VioConfig config;

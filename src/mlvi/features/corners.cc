@@ -82,6 +82,9 @@ void CornerConfig::Declare(ConfigDeclaration& d) {
   d.Field("min_texture", min_texture, "1/px",
           "Grey values per pixel, root mean square over the window along its weakest direction",
           {0.0, 255.0});
+  d.Field("max_position_sigma", max_position_sigma, "px",
+          "By which a noise as strong as its contrast may move the window of a corner, one sigma",
+          {0.01, 100.0});
 }
 
 std::vector<Corner> DetectCorners(const ImagePyramid& pyramid, const RegionMap& regions,
@@ -109,6 +112,16 @@ std::vector<Corner> DetectCorners(const ImagePyramid& pyramid, const RegionMap& 
                        .texture = std::sqrt(s.response / kResponsePerTexture)});
   }
   return corners;
+}
+
+void JudgeCorners(const ImagePyramid& pyramid, const CornerConfig& config,
+                  const PatchConfig& patch_config, std::vector<Corner>& corners) {
+  std::erase_if(corners, [&](Corner& corner) {
+    const auto patch = Patch::Cut(pyramid, corner.pixel, patch_config);
+    if (!patch) return true;
+    corner.position_sigma = patch->position_sigma();
+    return corner.position_sigma > config.max_position_sigma;
+  });
 }
 
 }  // namespace mlvi

@@ -150,5 +150,32 @@ TEST(Corners, TextureIsInGreyValuesPerPixel) {
       DetectCorners(BuildPyramid(edges, {}), map, std::vector<std::uint8_t>(1, 1), {}).empty());
 }
 
+// The end of a bright bar is a corner, its side is none however bright: the one window has a place,
+// the other slides along. Shi and Tomasi's measure is above the threshold for both when the side is
+// not exactly straight.
+TEST(Corners, AreJudgedByTheWindowThatIsFollowed) {
+  const auto grey = [](const Eigen::Vector2d& p) {
+    const double side =
+        0.5 + 0.5 * std::tanh(p.y() - 80.0 - 0.01 * std::pow(p.x() - 160.0, 2.0) / 4.0);
+    const double spot = std::exp(-(p - Eigen::Vector2d(60.0, 40.0)).squaredNorm() / 8.0);
+    return 20.0 + 220.0 * side + 60.0 * spot;
+  };
+  const ImagePyramid picture = BuildPyramid(
+      test::Render(
+          kWidth, kHeight, grey, [](const auto& p) { return p; }, 1.0, RandomStream(1)),
+      {});
+  std::vector<Corner> corners(3);
+  corners[0].pixel = {160.0, 80.0};  // on the side of the bright field
+  corners[1].pixel = {60.0, 40.0};   // the spot, of a quarter of its contrast
+  corners[2].pixel = {4.0, 40.0};    // no room for a window
+  CornerConfig config;
+  config.max_position_sigma = 0.8;
+  JudgeCorners(picture, config, {}, corners);
+  ASSERT_EQ(corners.size(), 1U);
+  EXPECT_EQ(corners[0].pixel, Eigen::Vector2d(60.0, 40.0));
+  EXPECT_GT(corners[0].position_sigma, 0.0);
+  EXPECT_LE(corners[0].position_sigma, 0.8);
+}
+
 }  // namespace
 }  // namespace mlvi

@@ -59,6 +59,11 @@ float Normalize(Eigen::VectorXf& grey) {
   return length;
 }
 
+float LargestEigenvalue(const Eigen::Matrix2f& symmetric) {
+  const float half_trace = 0.5F * symmetric.trace();
+  return half_trace + std::sqrt(std::max(half_trace * half_trace - symmetric.determinant(), 0.0F));
+}
+
 }  // namespace
 
 void PatchConfig::Declare(ConfigDeclaration& d) {
@@ -108,15 +113,16 @@ std::optional<Patch> Patch::Cut(const ImagePyramid& image, const Eigen::Vector2d
   }
   Eigen::Matrix<float, 6, 6> hessian = patch.slope_.transpose() * patch.slope_;
   const Eigen::Matrix2f shift = hessian.topLeftCorner<2, 2>();
-  const float half_trace = 0.5F * shift.trace();
-  const float weakest =
-      half_trace - std::sqrt(std::max(half_trace * half_trace - shift.determinant(), 0.0F));
+  const float weakest = shift.trace() - LargestEigenvalue(shift);
   const float count = static_cast<float>(side * side);
   if (!(weakest * length * length > kLeastTexture * kLeastTexture * count)) return std::nullopt;
   const float noise = kGreySigma / length;
   const float prior = noise / static_cast<float>(std::max(config.warp_sigma, 1e-4));
-  hessian.diagonal().tail<4>().array() += prior * prior;
+  patch.warp_weight_ = prior * prior;
+  hessian.diagonal().tail<4>().array() += patch.warp_weight_;
   patch.inverse_hessian_ = hessian.inverse();
+  const Eigen::Matrix2f covariance = patch.inverse_hessian_.topLeftCorner<2, 2>();
+  patch.position_sigma_ = std::sqrt(LargestEigenvalue(covariance) / count);
   return patch;
 }
 
@@ -124,6 +130,7 @@ std::optional<PatchMatch> Patch::Align(const ImagePyramid& image, const Eigen::M
                                        const Eigen::Vector2d& guess,
                                        const PatchConfig& config) const {
   Eigen::Matrix2f warp = warp_of.cast<float>();
+  const Eigen::Matrix2f from_predicted = warp.inverse();
   const Eigen::Vector2f start = guess.cast<float>();
   const auto most = static_cast<float>(config.max_shift_px);
   Eigen::Vector2f center = start;
@@ -135,7 +142,12 @@ std::optional<PatchMatch> Patch::Align(const ImagePyramid& image, const Eigen::M
     if (!(Normalize(grey) > 0.0F)) return std::nullopt;
     match.correlation = grey.dot(grey_);
     // At the goal grey = grey_; where the window is moved by (s, D), it is grey_ + slope_ (s, D).
-    const Eigen::Matrix<float, 6, 1> moved = inverse_hessian_ * (slope_.transpose() * grey);
+    // The prior holds the goal, warp (I + D)^-1, to the warp that was predicted.
+    const Eigen::Matrix2f strayed = from_predicted * warp - Eigen::Matrix2f::Identity();
+    Eigen::Matrix<float, 6, 1> gradient = slope_.transpose() * grey;
+    gradient.tail<4>() +=
+        warp_weight_ * Eigen::Vector4f(strayed(0, 0), strayed(0, 1), strayed(1, 0), strayed(1, 1));
+    const Eigen::Matrix<float, 6, 1> moved = inverse_hessian_ * gradient;
     Eigen::Matrix2f stretch;
     stretch << 1.0F + moved[2], moved[3], moved[4], 1.0F + moved[5];
     if (!(stretch.determinant() > 0.1F)) return std::nullopt;

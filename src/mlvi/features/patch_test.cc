@@ -102,6 +102,52 @@ TEST(Patch, AWarpThatIsNotToldIsFound) {
   EXPECT_LT(warp_errors[warp_errors.size() / 2], 0.03);
 }
 
+// The prior on the warp holds the result, however many steps are taken: with a sigma of a thousandth
+// a stretch by a tenth is not believed, with one of a half it is.
+TEST(Patch, AWarpIsHeldToWhatIsPredicted) {
+  View view;
+  view.warp << 1.10, 0.0, 0.0, 1.10;
+  const ImagePyramid first = Show({}, 1), second = Show(view, 2);
+  const auto stretch = [&](double warp_sigma) {
+    PatchConfig config;
+    config.warp_sigma = warp_sigma;
+    config.step_px = 1e-5;  // so that all steps are taken
+    config.max_iterations = 100;
+    const auto patch = Patch::Cut(first, kMiddle, config);
+    const auto match = patch->Align(second, Eigen::Matrix2d::Identity(), kMiddle, config);
+    return match ? (match->warp - Eigen::Matrix2d::Identity()).norm() : -1.0;
+  };
+  EXPECT_LT(stretch(1e-3), 0.01);
+  EXPECT_GE(stretch(1e-3), 0.0);
+  EXPECT_NEAR(stretch(0.5), (view.warp - Eigen::Matrix2d::Identity()).norm(), 0.02);
+}
+
+// What position_sigma promises, under white noise of any strength: errors in two directions, of
+// which it is the worse one, and what interpolation adds and takes away.
+TEST(Patch, TellsItsOwnUncertainty) {
+  for (const double noise : {1.5, 3.0, 6.0}) {
+    const View view{.shift = {0.31, -0.27}, .noise = noise};
+    const ImagePyramid first = Show({.noise = noise}, 1), second = Show(view, 2);
+    double ratios = 0.0;
+    int count = 0;
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector2d p(40.3 + 12.1 * (i % 10), 30.6 + 10.3 * (i / 10));
+      const auto patch = Patch::Cut(first, p, {});
+      ASSERT_TRUE(patch);
+      const auto match = patch->Align(second, Eigen::Matrix2d::Identity(), p + view.shift, {});
+      if (!match || !match->converged) continue;
+      const double sigma = patch->position_sigma() * std::sqrt(2.0 * (1.0 - match->correlation));
+      const double error = (match->pixel - p - view.shift).norm() / sigma;
+      ratios += error * error;
+      ++count;
+    }
+    ASSERT_GT(count, 80);
+    const double ratio = std::sqrt(ratios / count);
+    EXPECT_GT(ratio, 0.5) << noise;
+    EXPECT_LT(ratio, 2.0) << noise;
+  }
+}
+
 TEST(Patch, NeedsTextureAndRoom) {
   Image plain{.width = 50, .height = 50, .pixels = std::vector<std::uint8_t>(2500, 90)};
   for (int x = 0; x < 50; ++x) plain.pixels[static_cast<std::size_t>(50 * 20 + x)] = 200;
@@ -125,7 +171,8 @@ TEST(Patch, ElsewhereCorrelatesLittleOrIsNotFound) {
     const Eigen::Vector2d elsewhere(40.0 + 4.0 * i, 40.0 + 27.0 * (i % 3));
     if ((elsewhere - kMiddle).norm() < 8.0) continue;
     const auto match = patch->Align(image, Eigen::Matrix2d::Identity(), elsewhere, {});
-    wrong += match && match->converged && match->correlation > 0.8 ? 1 : 0;
+    wrong +=
+        match && match->converged && match->correlation > PatchConfig{}.min_correlation ? 1 : 0;
   }
   EXPECT_LE(wrong, 1);
 }

@@ -47,73 +47,115 @@ RegionMap MapRegions(const PanoramaModel& model, int camera, const EqualAreaSphe
   return map;
 }
 
-int CountRegions(const std::vector<RegionMap>& maps, int cells) {
+// The cells that some camera sees a part of.
+int CountCells(const std::vector<RegionMap>& maps, std::span<const int> cell_of_part, int cells) {
   std::vector<std::uint8_t> seen(static_cast<std::size_t>(cells));
   for (const RegionMap& map : maps) {
     for (int row = 0; row < map.rows(); ++row) {
       for (int column = 0; column < map.columns(); ++column) {
-        if (const int cell = map.At(column, row); cell >= 0)
-          seen[static_cast<std::size_t>(cell)] = 1;
+        const int part = map.At(column, row);
+        if (part == RegionMap::kNone) continue;
+        seen[static_cast<std::size_t>(cell_of_part[static_cast<std::size_t>(part)])] = 1;
       }
     }
   }
   return static_cast<int>(std::count(seen.begin(), seen.end(), 1));
 }
 
+// A corner that some camera found, and its place on the sphere.
+struct Candidate {
+  PanoramicObservation observation;
+  Eigen::Vector3d direction;
+  double position_sigma = 0.0;
+  int cell = 0;
+  bool taken = false;
+};
+
+std::vector<Candidate> LiftCorners(const PanoramaModel& model, const FeatureBudget& budget,
+                                   std::span<const std::vector<Corner>> corners) {
+  std::vector<Candidate> candidates;
+  for (std::size_t camera = 0; camera < corners.size(); ++camera) {
+    for (const Corner& corner : corners[camera]) {
+      const auto observation = model.Lift(static_cast<int>(camera), corner.pixel);
+      if (!observation) continue;
+      candidates.push_back({.observation = *observation,
+                            .direction = observation->point.normalized(),
+                            .position_sigma = corner.position_sigma,
+                            .cell = budget.CellOfPart(corner.region)});
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+    return a.position_sigma < b.position_sigma;
+  });
+  return candidates;
+}
+
+bool Crowded(const Eigen::Vector3d& direction, std::span<const Eigen::Vector3d> taken,
+             double min_distance) {
+  const double nearest = std::cos(min_distance);
+  return std::any_of(taken.begin(), taken.end(),
+                     [&](const Eigen::Vector3d& other) { return other.dot(direction) > nearest; });
+}
+
 }  // namespace
 
 FeatureBudget::FeatureBudget(const PanoramaModel& model, int budget)
-    : cells_(std::max(2, static_cast<int>(std::lround(budget / Coverage(model))))) {
+    : budget_(budget),
+      cells_(std::max(2, static_cast<int>(std::lround(budget / Coverage(model))))),
+      parts_(kPartsPerCell * cells_.size()) {
   MLVI_CHECK(budget >= 1, "budget of {} features", budget);
-  for (int camera = 0; camera < model.cameras(); ++camera) {
-    regions_.push_back(MapRegions(model, camera, cells_));
+  for (int part = 0; part < parts_.size(); ++part) {
+    cell_of_part_.push_back(cells_.CellOf(parts_.Center(part)));
   }
-  visible_ = CountRegions(regions_, cells_.size());
+  for (int camera = 0; camera < model.cameras(); ++camera) {
+    regions_.push_back(MapRegions(model, camera, parts_));
+  }
+  visible_ = CountCells(regions_, cell_of_part_, cells_.size());
 }
 
-std::vector<std::uint8_t> FeatureBudget::EmptyCells(
-    std::span<const Eigen::Vector3d> features) const {
-  std::vector<std::uint8_t> empty(static_cast<std::size_t>(cells_.size()), 1);
+std::vector<int> FeatureBudget::CountPerCell(std::span<const Eigen::Vector3d> features) const {
+  std::vector<int> count(static_cast<std::size_t>(cells_.size()));
   for (const Eigen::Vector3d& feature : features) {
-    empty[static_cast<std::size_t>(cells_.CellOf(feature))] = 0;
+    ++count[static_cast<std::size_t>(CellOf(feature))];
   }
-  return empty;
+  return count;
+}
+
+std::vector<std::uint8_t> FeatureBudget::WantedParts(std::span<const Eigen::Vector3d> features,
+                                                     std::span<const std::uint8_t> cell_due) const {
+  const std::vector<int> count = CountPerCell(features);
+  const bool full = static_cast<int>(features.size()) >= budget_;
+  std::vector<std::uint8_t> wanted(static_cast<std::size_t>(parts_.size()));
+  for (std::size_t part = 0; part < wanted.size(); ++part) {
+    const auto cell = static_cast<std::size_t>(cell_of_part_[part]);
+    wanted[part] = cell_due[cell] != 0 && (count[cell] == 0 || !full) ? 1 : 0;
+  }
+  for (const Eigen::Vector3d& feature : features) {
+    wanted[static_cast<std::size_t>(parts_.CellOf(feature))] = 0;
+  }
+  return wanted;
 }
 
 std::vector<PanoramicObservation> FeatureBudget::Select(
     const PanoramaModel& model, std::span<const std::vector<Corner>> corners,
     std::span<const Eigen::Vector3d> features) const {
-  struct Candidate {
-    Corner corner;
-    int camera = 0;
-  };
-  std::vector<Candidate> candidates;
-  for (std::size_t camera = 0; camera < corners.size(); ++camera) {
-    for (const Corner& corner : corners[camera]) {
-      candidates.push_back({corner, static_cast<int>(camera)});
-    }
-  }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
-    return a.corner.texture > b.corner.texture;
-  });
+  std::vector<Candidate> candidates = LiftCorners(model, *this, corners);
   std::vector<Eigen::Vector3d> taken;
   for (const Eigen::Vector3d& feature : features) taken.push_back(feature.normalized());
-  std::vector<std::uint8_t> free = EmptyCells(features);
+  std::vector<int> count = CountPerCell(features);
   std::vector<PanoramicObservation> selected;
-  const double nearest = std::cos(min_distance());
-  for (const Candidate& candidate : candidates) {
-    std::uint8_t& cell_free = free[static_cast<std::size_t>(candidate.corner.region)];
-    if (cell_free == 0) continue;
-    const auto observation = model.Lift(candidate.camera, candidate.corner.pixel);
-    if (!observation) continue;
-    const Eigen::Vector3d direction = observation->point.normalized();
-    const bool crowded = std::any_of(taken.begin(), taken.end(), [&](const Eigen::Vector3d& other) {
-      return other.dot(direction) > nearest;
-    });
-    if (crowded) continue;
-    cell_free = 0;
-    taken.push_back(direction);
-    selected.push_back(*observation);
+  for (int round = 0; round < kPartsPerCell; ++round) {
+    const double distance = round == 0 ? min_distance() : min_distance_in_cell();
+    for (Candidate& candidate : candidates) {
+      if (round > 0 && static_cast<int>(taken.size()) >= budget_) return selected;
+      int& in_cell = count[static_cast<std::size_t>(candidate.cell)];
+      if (candidate.taken || in_cell > round) continue;
+      if (Crowded(candidate.direction, taken, distance)) continue;
+      candidate.taken = true;
+      ++in_cell;
+      taken.push_back(candidate.direction);
+      selected.push_back(candidate.observation);
+    }
   }
   return selected;
 }

@@ -10,6 +10,8 @@
 namespace mlvi {
 namespace {
 
+constexpr int kTurns = 4;  // sets of images
+
 // Where a point seen before lies now: its ray at the depth known, or at infinity, from the
 // predicted place.
 Eigen::Vector3d PredictedPoint(const PanoramicObservation& before, double inverse_depth,
@@ -54,6 +56,7 @@ PanoramicTracker::PanoramicTracker(const PanoramaModel& model, const PanoramicTr
       config_(config),
       budget_(model, config.budget),
       refiner_(config.refinement),
+      barren_(static_cast<std::size_t>(budget_.cells().size())),
       streams_(static_cast<std::size_t>(model.cameras())) {}
 
 TrackingSummary PanoramicTracker::Process(FrameId frame, std::span<const Image> images,
@@ -204,18 +207,48 @@ void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
   for (const Track& track : tracks_.tracks()) {
     if (track.alive) features.push_back(track.last().point);
   }
-  const std::vector<std::uint8_t> empty = budget_.EmptyCells(features);
+  const std::vector<std::uint8_t> wanted = budget_.WantedParts(features, CellsDue(frame));
   std::vector<std::vector<Corner>> corners(streams_.size());
   ParallelFor(streams_.size(), 1, [&](std::size_t i) {
     if (streams_[i].current.empty()) return;
-    corners[i] = DetectCorners(streams_[i].current, budget_.regions(static_cast<int>(i)), empty,
+    corners[i] = DetectCorners(streams_[i].current, budget_.regions(static_cast<int>(i)), wanted,
                                config_.corner);
+    JudgeCorners(streams_[i].current, config_.corner, config_.refinement.patch, corners[i]);
   });
+  NoteBarrenCells(wanted, corners);
   for (const PanoramicObservation& observation : budget_.Select(model_, corners, features)) {
     const TrackId track = tracks_.Start(frame, observation);
     refiner_.Start(track, observation,
                    streams_[static_cast<std::size_t>(observation.camera)].current);
     ++summary.started;
+  }
+}
+
+// Cells in which nothing was found, and those that have a feature already, are looked at in turn,
+// one in kTurns per set of images: what they show changes slowly, and detection is dear.
+std::vector<std::uint8_t> PanoramicTracker::CellsDue(FrameId frame) const {
+  std::vector<std::uint8_t> due(barren_.size());
+  std::vector<std::uint8_t> free(barren_.size(), 1);
+  for (const Track& track : tracks_.tracks()) {
+    if (track.alive) free[static_cast<std::size_t>(budget_.CellOf(track.last().point))] = 0;
+  }
+  for (std::size_t cell = 0; cell < due.size(); ++cell) {
+    const bool its_turn = static_cast<std::int64_t>(cell) % kTurns == frame.value() % kTurns;
+    due[cell] = its_turn || (free[cell] != 0 && barren_[cell] == 0) ? 1 : 0;
+  }
+  return due;
+}
+
+void PanoramicTracker::NoteBarrenCells(std::span<const std::uint8_t> looked_at,
+                                       std::span<const std::vector<Corner>> corners) {
+  for (std::size_t part = 0; part < looked_at.size(); ++part) {
+    if (looked_at[part] == 0) continue;
+    barren_[static_cast<std::size_t>(budget_.CellOfPart(static_cast<int>(part)))] = 1;
+  }
+  for (const std::vector<Corner>& found : corners) {
+    for (const Corner& corner : found) {
+      barren_[static_cast<std::size_t>(budget_.CellOfPart(corner.region))] = 0;
+    }
   }
 }
 

@@ -101,6 +101,9 @@ class PanoramicTracker {
   void Extend(FrameId frame, std::span<const RefinementRequest> followed, TrackingSummary& summary);
   void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void StartTracks(FrameId frame, TrackingSummary& summary);
+  std::vector<std::uint8_t> CellsDue(FrameId frame) const;
+  void NoteBarrenCells(std::span<const std::uint8_t> looked_at,
+                       std::span<const std::vector<Corner>> corners);
   void Advance();
 
   PanoramaModel model_;
@@ -108,7 +111,8 @@ class PanoramicTracker {
   FeatureBudget budget_;
   TrackStore tracks_;
   TrackRefiner refiner_;
-  std::vector<Stream> streams_;  // per camera
+  std::vector<std::uint8_t> barren_;  // per cell of the budget: no corner when last looked at
+  std::vector<Stream> streams_;       // per camera
 };
 
 }  // namespace mlvi

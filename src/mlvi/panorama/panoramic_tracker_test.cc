@@ -155,6 +155,8 @@ TEST_F(InARoom, TracksStayOnTheirPoints) {
 TEST_F(InARoom, AFrozenCameraIsVotedDown) {
   PanoramicTracker tracker(model_, Config());
   tracker.Process(FrameId(0), ImagesAt(0), HintsAt(0));
+  int frozen = 0;
+  for (const Track& track : tracker.tracks().tracks()) frozen += track.last().camera == 0 ? 1 : 0;
   std::vector<Image> images = ImagesAt(1);
   images[0].pixels = ImagesAt(0)[0].pixels;
   const TrackingSummary summary = tracker.Process(FrameId(1), images, HintsAt(1));
@@ -162,7 +164,7 @@ TEST_F(InARoom, AFrozenCameraIsVotedDown) {
   for (const Track& track : tracker.tracks().tracks()) {
     if (track.last_frame() == FrameId(1) && track.frames() == 2) ++followed[track.last().camera];
   }
-  EXPECT_LT(followed[0], 5);
+  EXPECT_LT(followed[0], 0.1 * frozen);  // near the epipoles
   EXPECT_GT(followed[1], 25);
   EXPECT_GT(followed[2], 25);
   EXPECT_GT(summary.outliers + summary.lost + summary.round_trip, 25);

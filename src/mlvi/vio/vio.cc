@@ -105,6 +105,8 @@ void Vio::Start(const OdometryEstimate& state) { impl_->pending_start = state; }
 
 const VioCalibration& Vio::calibration() const { return impl_->window.window().calibration; }
 
+std::span<const Track> Vio::tracks() const { return impl_->tracker.tracks().tracks(); }
+
 VioResult Vio::Impl::Process(const ImageSet& set, std::span<const ImuSample> imu) {
   VioResult result;
   frame = FrameId(frame.value() + 1);

@@ -71,6 +71,8 @@ class Vio {
 
   // As estimated so far.
   const VioCalibration& calibration() const;
+  // The tracks as of the last set, of the frames that are remembered.
+  std::span<const Track> tracks() const;
 
  private:
   struct Impl;
