@@ -22,7 +22,7 @@ constexpr std::int64_t kEnough = 200;
 // A deviation from the rig file beyond these is worth the user's attention, provided that it is
 // certain.
 constexpr double kTurned = 0.5 * std::numbers::pi / 180.0;  // rad
-constexpr double kMoved = 0.03;                             // m
+constexpr double kMoved = 0.01;                             // m
 constexpr double kLater = 0.005;                            // s
 constexpr double kCertain = 5.0;                            // sigmas
 
@@ -91,9 +91,10 @@ Health CameraFit::JudgeCalibration(std::size_t camera) const {
   if (Stands(std::abs(deviation_.time_offset), deviation_.time_offset_sigma, kLater)) {
     return {HealthLevel::kDegraded,
             fmt::format("does not fit the rig file: all images are taken {:.1f} ms (sigma {:.1f}) "
-                        "later than it says. Likely a wrong time offset of cameras or IMU; the "
+                        "{} than it says. Likely a wrong time offset of cameras or IMU; the "
                         "estimate uses what it found.",
-                        1e3 * deviation_.time_offset, 1e3 * deviation_.time_offset_sigma)};
+                        1e3 * std::abs(deviation_.time_offset), 1e3 * deviation_.time_offset_sigma,
+                        deviation_.time_offset > 0.0 ? "later" : "earlier")};
   }
   return {};
 }

@@ -72,7 +72,7 @@ TEST(CameraFit, TheOneThatIsNotWhereTheRigFileHasItIsNamed) {
 }
 
 TEST(CameraFit, WhatIsSmallOrUncertainIsNoDeviation) {
-  EXPECT_EQ(After(20, Deviating(0.4, 0.01, 0.02)).Judge(1).level, HealthLevel::kHealthy);
+  EXPECT_EQ(After(20, Deviating(0.4, 0.01, 0.008)).Judge(1).level, HealthLevel::kHealthy);
   EXPECT_EQ(After(20, Deviating(1.0, 0.3, 0.0)).Judge(1).level, HealthLevel::kHealthy);
 }
 
@@ -81,6 +81,8 @@ TEST(CameraFit, AWrongTimeOffsetIsToldOfAllCameras) {
   result.calibration.time_offset = 0.010;
   result.calibration.time_offset_sigma = 0.0002;
   EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) later"));
+  result.calibration.time_offset = -0.010;
+  EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) earlier"));
   // A set without estimate takes nothing back.
   CameraFit fit = After(20, result);
   fit.Add({});

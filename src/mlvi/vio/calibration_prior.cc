@@ -16,8 +16,16 @@ struct Deviation {
   int size = 0;
   Eigen::Vector3d value = Eigen::Vector3d::Zero();  // of which `size` count
   double sigma = 1.0;
+  bool heavy_tails = true;
 
-  double squared_sigmas() const { return value.squaredNorm() / (sigma * sigma); }
+  double Cost() const {
+    const double s = value.squaredNorm() / (sigma * sigma);
+    return 0.5 * (heavy_tails ? kKernel.Cost(s) : s);
+  }
+  double Information() const {
+    const double s = value.squaredNorm() / (sigma * sigma);
+    return (heavy_tails ? kKernel.Weight(s) : 1.0) / (sigma * sigma);
+  }
 };
 
 std::vector<Deviation> Deviations(const VioWindow& window, const WindowConfig& config) {
@@ -27,7 +35,7 @@ std::vector<Deviation> Deviations(const VioWindow& window, const WindowConfig& c
   const auto add_pose = [&](int start, const Pose3& T, const Pose3& T_nominal) {
     const Eigen::Vector3d moved =
         T.rotation().conjugate() * (T.translation() - T_nominal.translation());
-    result.push_back({start, 3, moved, config.extrinsics_translation_sigma});
+    result.push_back({start, 3, moved, config.extrinsics_translation_sigma, false});
     result.push_back(
         {start + 3, 3, BoxMinus(T, T_nominal).tail<3>(), config.extrinsics_rotation_sigma});
   };
@@ -50,7 +58,7 @@ std::vector<Deviation> Deviations(const VioWindow& window, const WindowConfig& c
 double CalibrationPriorCost(const VioWindow& window, const WindowConfig& config) {
   double cost = 0.0;
   for (const Deviation& d : Deviations(window, config)) {
-    cost += 0.5 * kKernel.Cost(d.squared_sigmas());
+    cost += d.Cost();
   }
   return cost;
 }
@@ -58,7 +66,7 @@ double CalibrationPriorCost(const VioWindow& window, const WindowConfig& config)
 void AddCalibrationPrior(const VioWindow& window, const WindowConfig& config,
                          LinearizedWindow& system) {
   for (const Deviation& d : Deviations(window, config)) {
-    const double information = kKernel.Weight(d.squared_sigmas()) / (d.sigma * d.sigma);
+    const double information = d.Information();
     const int start = system.layout.calibration() + d.start;
     system.H.diagonal().segment(start, d.size).array() += information;
     system.b.segment(start, d.size) -= information * d.value.head(d.size);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "mlvi/vio/calibration_deviation.h"
 
 namespace mlvi {
@@ -43,6 +45,12 @@ TEST(CalibrationPriorTest, LetsGoWhatIsPlainlyWrong) {
   EXPECT_LT(at(20.0).H(coordinate, coordinate) * sigma * sigma, 0.01);
   EXPECT_LT(at(20.0).b[coordinate], 0.0);  // back to the rig file
   EXPECT_GT(at(20.0).b[coordinate], at(1.0).b[coordinate]);
+  // Of positions nothing is given up.
+  const auto moved = PriorOf(
+      WindowWith({0.0, 0.0, 0.0}, {20.0 * config.extrinsics_translation_sigma, 0.0, 0.0}), config);
+  EXPECT_NEAR(
+      moved.H(coordinate - 3, coordinate - 3) * std::pow(config.extrinsics_translation_sigma, 2),
+      1.0, 1e-9);
   // The other camera and the position of this one are held as before.
   EXPECT_EQ(at(20.0).H(coordinate - 6, coordinate - 6), at(0.0).H(coordinate - 6, coordinate - 6));
   EXPECT_EQ(at(20.0).H(coordinate - 3, coordinate - 3), at(0.0).H(coordinate - 3, coordinate - 3));

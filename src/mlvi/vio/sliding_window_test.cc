@@ -109,6 +109,7 @@ TEST(SlidingWindowTest, FindsThePlaceOfEveryCamera) {
   const Eigen::Vector3d turn = M_PI / 180.0 * Eigen::Vector3d(0.6, -0.5, 0.62);  // 1 degree
   options.T_nominal_true = Pose3(ExpSo3(turn), {0.006, -0.005, 0.0062});         // 1 cm
   WindowConfig config = ConfigFor(options);
+  config.extrinsics_translation_sigma = 0.01;
   const test::SyntheticRun run = test::RunWindow(options, config);
   const test::SyntheticRecording nominal(options);
   for (int i = 0; i < options.cameras; ++i) {

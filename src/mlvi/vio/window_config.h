@@ -29,7 +29,7 @@ struct WindowConfig {
   double extrinsics_rotation_sigma = 0.001;
   double extrinsics_translation_sigma = 0.002;
   bool time_offset = true;
-  double time_offset_sigma = 0.01;
+  double time_offset_sigma = 0.002;
   int max_iterations = 4;
   double min_decrease = 1e-3;
   double min_depth = 0.2;
