@@ -22,6 +22,7 @@
 #include "mlvi/io/rig_file.h"
 #include "mlvi/io/ros_bag_source.h"
 #include "mlvi/pipeline/slam.h"
+#include "mlvi/vio/calibrated_rig.h"
 #include "option_values.h"
 #include "run_outputs.h"
 #include "sensor_selection.h"
@@ -184,8 +185,9 @@ Expected<int> Run(const RunOptions& options) {
   const ThreadLimit threads(options.threads);
   Slam slam(*config, rig);
   Estimate(**source, *config, slam, facts);
-  const auto written =
-      outputs.Write(slam, MakeSummary(facts, slam, rig, config->visual.vio.window));
+  const Rig calibrated = slam.visual() ? CalibratedRig(rig, slam.visual()->calibration()) : rig;
+  const auto written = outputs.Write(
+      slam, calibrated, MakeSummary(facts, slam, calibrated, config->visual.vio.window));
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
   PrintReport(options, slam, facts);
   if (!written) return tl::unexpected(written.error());

@@ -5,6 +5,7 @@
 
 #include "mlvi/io/map_picture.h"
 #include "mlvi/io/ply.h"
+#include "mlvi/io/rig_file.h"
 #include "mlvi/io/tum.h"
 #include "mlvi/io/whole_file.h"
 
@@ -42,13 +43,14 @@ Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
   return WriteWholeFile(Path("config.yaml"), ConfigDeclaration::Of(copy).ToYaml());
 }
 
-Expected<void> RunOutputs::Write(const Slam& slam, nlohmann::ordered_json summary) const {
+Expected<void> RunOutputs::Write(const Slam& slam, const Rig& rig,
+                                 nlohmann::ordered_json summary) const {
   // The report first: it must be there even when the disk fills up with the map.
   Expected<void> written = WriteWholeFile(Path("summary.json"), Text(summary));
   for (const Expected<void>& part :
        {WriteTum(slam.odometry(), Path("odometry.tum"), kFrame + ", causal"),
         WriteTum(slam.SmoothedTrajectory(), Path("trajectory.tum"), kFrame + ", smoothed"),
-        WriteMap(slam), WritePicture(slam)}) {
+        SaveRig(rig, Path("calibrated_rig.yaml")), WriteMap(slam), WritePicture(slam)}) {
     if (part) continue;
     summary["not_written"].push_back(part.error().message);
     if (written) written = part;

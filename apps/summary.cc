@@ -158,8 +158,7 @@ ordered_json Pose(const mlvi::Pose3& pose) {
 }
 
 // How the sensors stand to one another at the end: as the rig says, unless estimated.
-ordered_json Calibration(const mlvi::Slam& slam, const mlvi::Rig& rig,
-                         const mlvi::WindowConfig& window) {
+ordered_json Calibration(const mlvi::Rig& rig, const mlvi::WindowConfig& window) {
   ordered_json calibration = {{"imu", {{"time_offset_s", rig.imu.time_offset.seconds()}}},
                               {"lidar", nullptr}};
   if (rig.lidar) {
@@ -167,13 +166,11 @@ ordered_json Calibration(const mlvi::Slam& slam, const mlvi::Rig& rig,
                             {"time_offset_s", rig.lidar->time_offset.seconds()}};
   }
   calibration["cameras"] = ordered_json::object();
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    const mlvi::CameraSpec& camera = rig.cameras[i];
-    const mlvi::VioCalibration& estimate = slam.visual()->calibration();
+  for (const mlvi::CameraSpec& camera : rig.cameras) {
     calibration["cameras"][camera.name] = {
-        {"T_body_camera", Pose(estimate.T_body_pano * estimate.T_pano_camera[i])},
+        {"T_body_camera", Pose(camera.T_body_camera)},
         {"extrinsics_estimated", window.extrinsics != mlvi::ExtrinsicsCalibration::kOff},
-        {"time_offset_s", camera.time_offset.seconds() + estimate.time_offset},
+        {"time_offset_s", camera.time_offset.seconds()},
         {"time_offset_estimated", window.time_offset}};
   }
   return calibration;
@@ -203,7 +200,7 @@ ordered_json MakeSummary(const RunFacts& facts, const mlvi::Slam& slam, const ml
           {"odometry", Odometry(slam)},
           {"visual", Visual(slam)},
           {"stages_ms", Stages(slam.times())},
-          {"calibration", Calibration(slam, rig, window)},
+          {"calibration", Calibration(rig, window)},
           {"notes", facts.notes},
           {"not_written", ordered_json::array()},  // known once the other files are written
           {"events", Events(facts.events)}};

@@ -149,9 +149,11 @@ TEST_F(FullDisk, EveryResultOfRunIsCheckedAndTheOthersAreKept) {
   ASSERT_EQ(simulation.exit_code, 0) << simulation.output;
   const std::string run = "run " + Path("out/courtyard-easy.bag") + " --rig " +
                           Path("out/rig.yaml") + " -o " + Path("result");
-  const std::vector<std::string> all = {"odometry.tum", "trajectory.tum", "map.ply", "map.png"};
-  for (const std::set<std::string>& full :
-       {std::set<std::string>{"map.ply"}, {"odometry.tum", "trajectory.tum"}, {"map.png"}}) {
+  const std::vector<std::string> all = {"odometry.tum", "trajectory.tum", "map.ply", "map.png",
+                                        "calibrated_rig.yaml"};
+  for (const std::set<std::string>& full : {std::set<std::string>{"map.ply"},
+                                            {"odometry.tum", "trajectory.tum"},
+                                            {"map.png", "calibrated_rig.yaml"}}) {
     std::filesystem::remove_all(Path("result"));
     std::filesystem::create_directories(Path("result"));
     for (const std::string& name : full)
