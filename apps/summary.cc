@@ -105,6 +105,11 @@ ordered_json Deviation(const mlvi::CalibrationDeviation& deviation, std::size_t 
           {"translation_sigma_m", d.translation_sigma}};
 }
 
+ordered_json TimeOffsetDeviation(const mlvi::CalibrationDeviation& deviation) {
+  if (deviation.time_offset_sigma == 0.0) return nullptr;
+  return {{"seconds", deviation.time_offset}, {"sigma_s", deviation.time_offset_sigma}};
+}
+
 // The visual odometry: its own figures and, per camera, how much it gives and how well it fits.
 ordered_json Visual(const mlvi::Slam& slam) {
   if (slam.visual() == nullptr) return nullptr;
@@ -126,6 +131,7 @@ ordered_json Visual(const mlvi::Slam& slam) {
            report.first_estimate.valid() ? mlvi::ToString(report.first_estimate) : ""},
           {"failures", report.failures},
           {"last_failure", report.last_failure},
+          {"time_offset_deviation", TimeOffsetDeviation(fit.deviation())},
           {"cameras", cameras}};
 }
 

@@ -21,7 +21,7 @@ void SetCameraRay(const PanoramicObservation& observation, const Pose3& T_pano_c
 }
 
 // The plane through S, C and u holds the point wherever it is along the ray: what is compared is
-// the component normal to it alone, Eq. (8). The normal is that of the nominal values.
+// the component normal to it alone, Eq. (8). The normal is that of the values it was lifted with.
 void KeepNormalToPlane(const PanoramicObservation& observation, PanoramicRay& ray) {
   const Eigen::Vector3d normal = observation.center.cross(observation.bearing);
   if (normal.norm() < kThroughCenter) return;

@@ -3,6 +3,7 @@
 #include "mlvi/pipeline/camera_fit.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,8 +24,12 @@ constexpr std::int64_t kEnough = 200;
 // certain.
 constexpr double kTurned = 0.5 * std::numbers::pi / 180.0;  // rad
 constexpr double kMoved = 0.01;                             // m
-constexpr double kLater = 0.005;                            // s
+constexpr double kLate = 0.005;                             // s
 constexpr double kCertain = 5.0;                            // sigmas
+// px, per axis: residuals of tracks that follow what they should. Sigmas of the window rest on it.
+constexpr double kUsualRms = 0.3;
+// An estimate is given up for a newer one until that is less certain by this factor.
+constexpr double kForgetful = 1.5;
 
 bool Stands(double deviation, double sigma, double limit) {
   return deviation > limit && deviation > kCertain * sigma;
@@ -51,9 +56,7 @@ double CameraFit::Figures::rejected_share() const {
 
 void CameraFit::Add(const VioResult& result) {
   ++sets_;
-  if (result.status == VioResult::Status::kTracking && !result.calibration.cameras.empty()) {
-    deviation_ = result.calibration;
-  }
+  if (result.status == VioResult::Status::kTracking) TakeDeviation(result.deviation);
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     Figures& figures = figures_[i];
     if (i < result.tracking.cameras.size()) {
@@ -76,27 +79,51 @@ Health CameraFit::Judge(int camera) const {
   return JudgeAmongOthers(index);
 }
 
+// What was known better is kept: a window that begins anew knows little at first.
+void CameraFit::TakeDeviation(const CalibrationDeviation& newest) {
+  const auto better = [](double sigma, double kept) {
+    return sigma > 0.0 && (kept == 0.0 || sigma < kForgetful * kept);
+  };
+  deviation_.together = newest.together;
+  deviation_.cameras.resize(std::max(deviation_.cameras.size(), newest.cameras.size()));
+  for (std::size_t i = 0; i < newest.cameras.size(); ++i) {
+    CalibrationDeviation::Camera& kept = deviation_.cameras[i];
+    if (better(newest.cameras[i].rotation_sigma, kept.rotation_sigma)) kept = newest.cameras[i];
+  }
+  if (better(newest.time_offset_sigma, deviation_.time_offset_sigma)) {
+    deviation_.time_offset = newest.time_offset;
+    deviation_.time_offset_sigma = newest.time_offset_sigma;
+  }
+}
+
 Health CameraFit::JudgeCalibration(std::size_t camera) const {
-  if (camera >= deviation_.cameras.size()) return {};
-  const CalibrationDeviation::Camera& own = deviation_.cameras[camera];
-  if (Stands(own.rotation, own.rotation_sigma, kTurned) ||
-      Stands(own.translation, own.translation_sigma, kMoved)) {
-    return {HealthLevel::kDegraded,
-            fmt::format("does not fit the rig file: turned by {:.2f} deg (sigma {:.2f}) and moved "
-                        "by {:.0f} mm (sigma {:.0f}) against it. Likely wrong extrinsics or "
-                        "intrinsics of this camera; the estimate uses what it found.",
-                        Degrees(own.rotation), Degrees(own.rotation_sigma), 1e3 * own.translation,
-                        1e3 * own.translation_sigma)};
+  std::vector<std::string> reasons;
+  // Where residuals are larger than tracks should have, sigmas are too small by as much.
+  const double scale = std::max(1.0, figures_[camera].rms_px() / kUsualRms);
+  if (camera < deviation_.cameras.size()) {
+    const CalibrationDeviation::Camera& d = deviation_.cameras[camera];
+    if (Stands(d.rotation, scale * d.rotation_sigma, kTurned) ||
+        Stands(d.translation, scale * d.translation_sigma, kMoved)) {
+      reasons.push_back(fmt::format(
+          "{}turned by {:.2f} deg (sigma {:.2f}) and moved by {:.0f} mm (sigma {:.0f}) against it; "
+          "likely wrong extrinsics or intrinsics{}",
+          deviation_.together ? "with all others " : "", Degrees(d.rotation),
+          Degrees(d.rotation_sigma), 1e3 * d.translation, 1e3 * d.translation_sigma,
+          deviation_.together ? "" : " of this camera"));
+    }
   }
-  if (Stands(std::abs(deviation_.time_offset), deviation_.time_offset_sigma, kLater)) {
-    return {HealthLevel::kDegraded,
-            fmt::format("does not fit the rig file: all images are taken {:.1f} ms (sigma {:.1f}) "
-                        "{} than it says. Likely a wrong time offset of cameras or IMU; the "
-                        "estimate uses what it found.",
-                        1e3 * std::abs(deviation_.time_offset), 1e3 * deviation_.time_offset_sigma,
-                        deviation_.time_offset > 0.0 ? "later" : "earlier")};
+  const double late = deviation_.time_offset;
+  if (Stands(std::abs(late), scale * deviation_.time_offset_sigma, kLate)) {
+    reasons.push_back(
+        fmt::format("all images are taken {:.1f} ms (sigma {:.1f}) {} than it says; "
+                    "likely a wrong time offset of cameras or IMU",
+                    1e3 * std::abs(late), 1e3 * deviation_.time_offset_sigma,
+                    late > 0.0 ? "later" : "earlier"));
   }
-  return {};
+  if (reasons.empty()) return {};
+  return {HealthLevel::kDegraded,
+          fmt::format("does not fit the rig file: {}. The estimate uses what it found.",
+                      fmt::join(reasons, "; "))};
 }
 
 Health CameraFit::JudgeAmongOthers(std::size_t camera) const {

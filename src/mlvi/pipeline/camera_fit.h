@@ -38,10 +38,11 @@ class CameraFit {
   const std::vector<Figures>& figures() const { return figures_; }
   const std::vector<std::string>& names() const { return names_; }
   std::int64_t sets() const { return sets_; }
-  // The newest that was estimated.
+  // As estimated in the end, or while it was known best.
   const CalibrationDeviation& deviation() const { return deviation_; }
 
  private:
+  void TakeDeviation(const CalibrationDeviation& newest);
   Health JudgeCalibration(std::size_t camera) const;
   Health JudgeAmongOthers(std::size_t camera) const;
 

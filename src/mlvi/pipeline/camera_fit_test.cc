@@ -55,10 +55,10 @@ TEST(CameraFit, TheOneWhoseTracksAreRejectedIsNamed) {
 // What the window estimates of three cameras: the second turned and moved against the rig file.
 VioResult Deviating(double rotation_deg, double rotation_sigma_deg, double moved) {
   VioResult result = Result({0.3, 0.3, 0.3}, {1, 1, 1});
-  result.calibration.cameras.resize(3);
+  result.deviation.cameras.resize(3);
   constexpr double kRadians = std::numbers::pi / 180.0;
-  result.calibration.cameras[1] = {kRadians * rotation_deg, kRadians * rotation_sigma_deg, moved,
-                                   0.001};
+  result.deviation.cameras[1] = {kRadians * rotation_deg, kRadians * rotation_sigma_deg, moved,
+                                 0.001};
   return result;
 }
 
@@ -76,17 +76,38 @@ TEST(CameraFit, WhatIsSmallOrUncertainIsNoDeviation) {
   EXPECT_EQ(After(20, Deviating(1.0, 0.3, 0.0)).Judge(1).level, HealthLevel::kHealthy);
 }
 
+TEST(CameraFit, ANewStartThatKnowsLittleTakesNothingBack) {
+  CameraFit fit = After(20, Deviating(1.02, 0.03, 0.004));
+  fit.Add(Deviating(0.9, 0.4, 0.0));
+  EXPECT_EQ(fit.Judge(1).level, HealthLevel::kDegraded);
+  // A better one counts.
+  fit.Add(Deviating(0.1, 0.02, 0.0));
+  EXPECT_EQ(fit.Judge(1).level, HealthLevel::kHealthy);
+}
+
+// Sigmas rest on tracks of 0.3 px; where residuals are larger they claim too much.
+TEST(CameraFit, LargeResidualsMakeDeviationsLessCertain) {
+  VioResult result = Deviating(0.0, 0.01, 0.012);
+  result.deviation.cameras[1].translation_sigma = 0.0018;
+  EXPECT_EQ(After(20, result).Judge(1).level, HealthLevel::kDegraded);
+  result.camera_rms_px = {0.9, 0.9, 0.9};
+  EXPECT_EQ(After(20, result).Judge(1).level, HealthLevel::kHealthy);
+}
+
 TEST(CameraFit, AWrongTimeOffsetIsToldOfAllCameras) {
   VioResult result = Deviating(0.0, 0.1, 0.0);
-  result.calibration.time_offset = 0.010;
-  result.calibration.time_offset_sigma = 0.0002;
+  result.deviation.time_offset = 0.010;
+  result.deviation.time_offset_sigma = 0.0002;
   EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) later"));
-  result.calibration.time_offset = -0.010;
+  result.deviation.time_offset = -0.010;
   EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) earlier"));
   // A set without estimate takes nothing back.
   CameraFit fit = After(20, result);
   fit.Add({});
   EXPECT_EQ(fit.Judge(2).level, HealthLevel::kDegraded);
+  // It may be all that is estimated.
+  result.deviation.cameras.clear();
+  EXPECT_EQ(After(20, result).Judge(0).level, HealthLevel::kDegraded);
 }
 
 TEST(CameraFit, OneCameraAloneOrTooFewObservationsSayNothing) {

@@ -30,7 +30,7 @@ CalibrationDeviation::Camera DeviationOf(const Pose3& T, const Pose3& T_nominal,
 CalibrationDeviation DeviationFromNominal(const VioCalibration& calibration,
                                           const VioCalibration& nominal, const WindowLayout& layout,
                                           const Eigen::MatrixXd& covariance) {
-  CalibrationDeviation result;
+  CalibrationDeviation result{.together = layout.has_rig(), .cameras = {}};
   const auto block = [&](int start) { return Matrix6d(covariance.block<6, 6>(start, start)); };
   const std::size_t cameras = calibration.T_pano_camera.size();
   for (std::size_t i = 0; i < cameras && (layout.has_rig() || layout.has_cameras()); ++i) {

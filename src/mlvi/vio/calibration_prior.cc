@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/vio/calibration_prior.h"
 
+#include <vector>
+
 #include "mlvi/geometry/robust_kernels.h"
 
 namespace mlvi {

@@ -6,8 +6,6 @@
 
 #include <cmath>
 
-#include "mlvi/vio/calibration_deviation.h"
-
 namespace mlvi {
 namespace {
 
@@ -63,29 +61,6 @@ TEST(CalibrationPriorTest, SaysNothingWhereNothingIsEstimated) {
   const VioWindow window = WindowWith({0.1, 0.0, 0.0}, {0.1, 0.0, 0.0});
   EXPECT_EQ(CalibrationPriorCost(window, config), 0.0);
   EXPECT_EQ(PriorOf(window, config).H.size(), 0);
-}
-
-TEST(CalibrationDeviationTest, IsTheAngleAndTheWayWithSigmasAlongThem) {
-  const WindowConfig config;
-  VioWindow window = WindowWith({0.0, 0.02, 0.0}, {0.0, 0.0, -0.05});
-  window.calibration.time_offset = -0.003;
-  const WindowLayout layout = window.Layout(config);
-  Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(layout.calibration_size(), 1.0);
-  sigmas[layout.camera(1) + 2] = 0.004;  // position along the camera's z
-  sigmas[layout.camera(1) + 4] = 0.001;  // rotation about its y
-  sigmas[layout.time()] = 0.0002;
-  const CalibrationDeviation deviation = DeviationFromNominal(
-      window.calibration, window.nominal, layout, sigmas.cwiseAbs2().asDiagonal().toDenseMatrix());
-  ASSERT_EQ(deviation.cameras.size(), 2U);
-  EXPECT_EQ(deviation.cameras[0].rotation, 0.0);
-  EXPECT_EQ(deviation.cameras[0].translation, 0.0);
-  EXPECT_NEAR(deviation.cameras[1].rotation, 0.02, 1e-12);
-  EXPECT_NEAR(deviation.cameras[1].rotation_sigma, 0.001, 1e-9);
-  EXPECT_NEAR(deviation.cameras[1].translation, 0.05, 1e-12);
-  // The shift is seen in the turned axes: 0.02 rad of the 1 m that is known across.
-  EXPECT_NEAR(deviation.cameras[1].translation_sigma, std::hypot(0.004, std::sin(0.02)), 1e-4);
-  EXPECT_EQ(deviation.time_offset, -0.003);
-  EXPECT_NEAR(deviation.time_offset_sigma, 0.0002, 1e-12);
 }
 
 }  // namespace

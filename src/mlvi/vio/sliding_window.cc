@@ -42,13 +42,14 @@ bool NeedsIntegration(const PreintegratedImu& motion, const ImuBias& bias, doubl
 SlidingWindow::SlidingWindow(const WindowConfig& config, const KeyframeConfig& keyframes,
                              const ImuSpec& imu, double gravity, const VioCalibration& calibration)
     : config_(config), keyframes_(keyframes), imu_(imu), gravity_(gravity) {
-  window_.calibration = window_.nominal = calibration;
+  window_.calibration = window_.nominal = believed_ = calibration;
 }
 
 void SlidingWindow::Clear() {
   window_.frames.clear();
   window_.features.clear();
   window_.prior = {};
+  window_.calibration = believed_;
 }
 
 void SlidingWindow::Start(FrameId frame, const OdometryEstimate& state,
@@ -66,7 +67,7 @@ void SlidingWindow::Start(FrameId frame, const OdometryEstimate& state,
   Matrix15d covariance = by_error * state.covariance * by_error.transpose();
   covariance = (0.5 * (covariance + covariance.transpose())).eval();
   covariance.diagonal() = covariance.diagonal().cwiseMax(SmallestVariance()).eval();
-  window_.prior = FirstPrior(window_, covariance, config_);
+  window_.prior = FirstPrior(window_, covariance);
   AddObservations(window_, frame, tracks);
   InitializeDepths(window_, config_);
 }
@@ -140,7 +141,7 @@ void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estim
   const int last = layout.frame(count - 1);
   const Matrix15d marginal = columns->block<15, 15>(last, last - first);
   estimate.newest.covariance = J * (0.5 * (marginal + marginal.transpose())) * J.transpose();
-  estimate.calibration = DeviationFromNominal(
+  estimate.deviation = DeviationFromNominal(
       window_.calibration, window_.nominal, layout,
       columns->bottomRightCorner(layout.calibration_size(), layout.calibration_size()));
   if (frames < 2) return;
@@ -161,6 +162,7 @@ void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estim
 }
 
 std::vector<TrackId> SlidingWindow::Slide() {
+  believed_ = window_.calibration;
   const std::vector<TrackId> outliers = RemoveOutliers(window_, config_);
   window_.frames.back().keyframe = IsKeyframe(window_, keyframes_);
   const std::size_t count = window_.frames.size();

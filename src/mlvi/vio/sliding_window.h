@@ -25,7 +25,7 @@ struct WindowEstimate {
   double rms_px = 0.0;                // of bearings, per axis
   std::vector<double> camera_rms_px;  // per camera; 0 without bearings
   double imu_chi_square = 0.0;        // of the newest IMU factor; 15 degrees of freedom
-  CalibrationDeviation calibration;   // from the rig file
+  CalibrationDeviation deviation;     // of the calibration from the rig file
 };
 
 // Visual-inertial estimation over a window of keyframes and the newest frame (VINS-Mono's scheme of
@@ -38,7 +38,7 @@ class SlidingWindow {
 
   bool started() const { return !window_.frames.empty(); }
   // Begins (anew) with one frame whose state is known. Variances of zero are raised to what no
-  // sensor knows better. Calibration stays as estimated so far.
+  // sensor knows better. Calibration stays as it was in the last round that came to Slide.
   void Start(FrameId frame, const OdometryEstimate& state, const Eigen::Vector3d& angular_rate,
              const TrackStore& tracks);
   void Clear();
@@ -68,6 +68,7 @@ class SlidingWindow {
   ImuSpec imu_;
   double gravity_;
   VioWindow window_;
+  VioCalibration believed_;
 };
 
 // Covariance of T_i_j = T_i^-1 T_j in its pose chart, from the joint covariance of both poses in

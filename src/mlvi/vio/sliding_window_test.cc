@@ -130,6 +130,30 @@ TEST(SlidingWindowTest, FindsTheTimeOffset) {
   EXPECT_NEAR(run.calibration.time_offset, options.time_offset, 0.001);
 }
 
+// A round that is not believed (no Slide) leaves no calibration behind.
+TEST(SlidingWindowTest, ForgetsTheCalibrationOfARoundThatFailed) {
+  test::SyntheticOptions options;
+  options.time_offset = 0.010;
+  test::SyntheticRecording recording(options);
+  SlidingWindow window(ConfigFor(options), {}, recording.rig().imu, recording.rig().gravity,
+                       recording.NominalCalibration());
+  recording.Advance();
+  window.Start(recording.frame(), recording.DisturbedTruth({}),
+               recording.samples().front().angular_velocity, recording.tracks());
+  double believed = 0.0;
+  for (int set = 1; set < 30; ++set) {
+    believed = window.window().calibration.time_offset;
+    recording.Advance();
+    window.Add(recording.frame(), recording.stamp(), recording.samples(), recording.tracks());
+    window.Solve();
+    if (set + 1 < 30) window.Slide();
+  }
+  ASSERT_NE(believed, 0.0);
+  ASSERT_NE(window.window().calibration.time_offset, believed);
+  window.Clear();
+  EXPECT_EQ(window.window().calibration.time_offset, believed);
+}
+
 // Standing still tells nothing about the calibration: it stays where the rig file has it.
 TEST(SlidingWindowTest, LeavesTheCalibrationAloneAtRest) {
   test::SyntheticOptions options;

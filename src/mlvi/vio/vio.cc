@@ -259,7 +259,7 @@ void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResu
   result.iterations = estimate.iterations;
   result.rms_px = estimate.rms_px;
   result.camera_rms_px = estimate.camera_rms_px;
-  result.calibration = estimate.calibration;
+  result.deviation = estimate.deviation;
   if (std::string reason = failure.Check(estimate, predicted); !reason.empty()) {
     return Fail(std::move(reason), result);
   }

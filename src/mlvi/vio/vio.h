@@ -43,7 +43,7 @@ struct VioResult {
   int iterations = 0;
   double rms_px = 0.0;                // of bearings, per axis
   std::vector<double> camera_rms_px;  // the same by camera: a wrong calibration shows here
-  CalibrationDeviation calibration;   // from the rig file, as estimated so far
+  CalibrationDeviation deviation;     // of the calibration from the rig file, as estimated so far
 };
 
 // Synchronous and deterministic: the same calls give the same bits at any number of threads.

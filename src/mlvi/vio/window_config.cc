@@ -23,8 +23,7 @@ void WindowConfig::Declare(ConfigDeclaration& d) {
           "How well the rig file knows the rotation of cameras when it is not plainly wrong",
           {1e-6, 1.0});
   d.Field("extrinsics_translation_sigma", extrinsics_translation_sigma, "m",
-          "How well the rig file knows the place of cameras",
-          {1e-6, 1.0});
+          "How well the rig file knows the place of cameras", {1e-6, 1.0});
   d.Field("time_offset", time_offset, "Estimate how much later than their stamps images are taken");
   d.Field("time_offset_sigma", time_offset_sigma, "s",
           "How well stamps of images are known on the IMU's clock, when not plainly wrong",

@@ -324,6 +324,7 @@ Eigen::VectorXd PriorStep(const VioWindow& window, const WindowLayout& layout) {
     }
     row += block.size;
   }
+  MLVI_CHECK(row == step.size(), "blocks of {} in a prior of {}", row, step.size());
   return step;
 }
 

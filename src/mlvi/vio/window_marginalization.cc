@@ -138,6 +138,7 @@ VioWindow TakePart(VioWindow& window, const WindowConfig& config) {
   VioWindow part;
   part.frames = window.frames;
   part.calibration = window.calibration;
+  part.nominal = window.nominal;
   part.prior = window.prior;
   std::vector<std::size_t> origin;
   for (std::size_t f = 0; f < window.features.size(); ++f) {
@@ -159,20 +160,15 @@ VioWindow TakePart(VioWindow& window, const WindowConfig& config) {
 
 }  // namespace
 
-WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
-                       const WindowConfig& config) {
+WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance) {
   MLVI_CHECK(window.frames.size() == 1, "{} frames", window.frames.size());
-  const WindowLayout layout = window.Layout(config);
   WindowPrior prior{.calibration = window.calibration};
   prior.blocks.push_back({window.frames.front().id, 0, frame_index::kSize});
-  const int size = layout.size();
-  prior.sqrt_information = Eigen::MatrixXd::Zero(size, size);
   const Eigen::LLT<Matrix15d> llt(covariance);
   MLVI_CHECK(llt.info() == Eigen::Success,
              "the covariance of the first state is not positive definite");
-  prior.sqrt_information.topLeftCorner<15, 15>() =
-      llt.matrixL().solve(Matrix15d(Matrix15d::Identity()));
-  prior.residual = Eigen::VectorXd::Zero(size);
+  prior.sqrt_information = llt.matrixL().solve(Matrix15d(Matrix15d::Identity()));
+  prior.residual = Eigen::VectorXd::Zero(frame_index::kSize);
   return prior;
 }
 

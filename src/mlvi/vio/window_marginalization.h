@@ -12,8 +12,7 @@ namespace mlvi {
 
 // A prior on a window of one frame: the covariance of its state (coordinates of frame_index).
 // Nothing is known of the calibration but what the rig file says (calibration_prior.h).
-WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
-                       const WindowConfig& config);
+WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance);
 
 // The prior that a linearised problem leaves on everything but its first frame: the Schur
 // complement as a square root. Frames get first estimates.

@@ -195,7 +195,7 @@ TEST(WindowSolverTest, FindsTheOptimumThatCeresFinds) {
   first.frames.resize(1);
   window.frames.front().first_estimate = window.frames.front().state;
   window.frames.front().step.setZero();
-  window.prior = FirstPrior(first, 1e-16 * Matrix15d::Identity(), config);
+  window.prior = FirstPrior(first, 1e-16 * Matrix15d::Identity());
   BatchWindow batch(window, config);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
@@ -250,6 +250,26 @@ TEST(MarginalizationTest, PriorIsTheSchurComplement) {
     }
   }
   EXPECT_EQ(row, information.rows());
+}
+
+// What the rig file says is a factor of its own and must not count again in the prior: without
+// bearings the prior knows nothing of the calibration.
+TEST(MarginalizationTest, LeavesTheRigFileOutOfThePrior) {
+  WindowConfig config;
+  Scene scene(config, 8);
+  VioWindow window = scene.window.window();
+  ASSERT_GE(window.frames.size(), 3U);
+  window.features.clear();
+  // The first state is known, or its marginal would be nothing.
+  VioWindow first = window;
+  first.frames.resize(1);
+  window.frames.front().Freeze();
+  window.prior = FirstPrior(first, 1e-4 * Matrix15d::Identity());
+  MarginalizeFirstFrame(window, config, kGravity);
+  ASSERT_FALSE(window.prior.blocks.back().frame.valid());
+  const int size = window.prior.blocks.back().size;
+  EXPECT_EQ(size, 6 * static_cast<int>(window.calibration.T_pano_camera.size()) + 1);
+  EXPECT_EQ(window.prior.sqrt_information.rightCols(size).norm(), 0.0);
 }
 
 // What leaves the window may take information along but never adds any.
