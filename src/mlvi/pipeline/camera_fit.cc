@@ -28,7 +28,7 @@ constexpr double kLate = 0.005;                             // s
 constexpr double kCertain = 5.0;                            // sigmas
 // px, per axis: residuals of tracks that follow what they should. Sigmas of the window rest on it.
 constexpr double kUsualRms = 0.3;
-// An estimate is given up for a newer one until that is less certain by this factor.
+// After a failure an estimate is given up for a new one that is less certain by this factor at most.
 constexpr double kForgetful = 1.5;
 
 bool Stands(double deviation, double sigma, double limit) {
@@ -57,6 +57,7 @@ double CameraFit::Figures::rejected_share() const {
 void CameraFit::Add(const VioResult& result) {
   ++sets_;
   if (result.status == VioResult::Status::kTracking) TakeDeviation(result.deviation);
+  if (result.status == VioResult::Status::kFailed) restarted_ = true;
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     Figures& figures = figures_[i];
     if (i < result.tracking.cameras.size()) {
@@ -79,10 +80,11 @@ Health CameraFit::Judge(int camera) const {
   return JudgeAmongOthers(index);
 }
 
-// What was known better is kept: a window that begins anew knows little at first.
+// The newest, but what was known better before a failure is kept: a window that begins anew knows
+// little at first.
 void CameraFit::TakeDeviation(const CalibrationDeviation& newest) {
-  const auto better = [](double sigma, double kept) {
-    return sigma > 0.0 && (kept == 0.0 || sigma < kForgetful * kept);
+  const auto better = [&](double sigma, double kept) {
+    return sigma > 0.0 && (!restarted_ || kept == 0.0 || sigma < kForgetful * kept);
   };
   deviation_.together = newest.together;
   deviation_.cameras.resize(std::max(deviation_.cameras.size(), newest.cameras.size()));

@@ -38,7 +38,7 @@ class CameraFit {
   const std::vector<Figures>& figures() const { return figures_; }
   const std::vector<std::string>& names() const { return names_; }
   std::int64_t sets() const { return sets_; }
-  // As estimated in the end, or while it was known best.
+  // As estimated in the end, or before the failure after which it was not known as well any more.
   const CalibrationDeviation& deviation() const { return deviation_; }
 
  private:
@@ -49,6 +49,7 @@ class CameraFit {
   std::vector<std::string> names_;
   std::vector<Figures> figures_;
   CalibrationDeviation deviation_;
+  bool restarted_ = false;
   std::int64_t sets_ = 0;
 };
 

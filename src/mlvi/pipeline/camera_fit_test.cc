@@ -78,11 +78,21 @@ TEST(CameraFit, WhatIsSmallOrUncertainIsNoDeviation) {
 
 TEST(CameraFit, ANewStartThatKnowsLittleTakesNothingBack) {
   CameraFit fit = After(20, Deviating(1.02, 0.03, 0.004));
+  VioResult failed;
+  failed.status = VioResult::Status::kFailed;
+  fit.Add(failed);
   fit.Add(Deviating(0.9, 0.4, 0.0));
   EXPECT_EQ(fit.Judge(1).level, HealthLevel::kDegraded);
   // A better one counts.
   fit.Add(Deviating(0.1, 0.02, 0.0));
   EXPECT_EQ(fit.Judge(1).level, HealthLevel::kHealthy);
+}
+
+// Within one window the newest counts: leaving the rig file behind makes an estimate less certain.
+TEST(CameraFit, TheNewestCountsAsLongAsNothingFails) {
+  CameraFit fit = After(20, Deviating(0.0, 0.05, 0.0));
+  fit.Add(Deviating(2.6, 0.2, 0.0));
+  EXPECT_EQ(fit.Judge(1).level, HealthLevel::kDegraded);
 }
 
 // Sigmas rest on tracks of 0.3 px; where residuals are larger they claim too much.
