@@ -50,6 +50,7 @@ struct SimulateOptions {
   std::uint64_t seed = 1;
   bool list = false;
   bool wrong_extrinsics = false, exact_extrinsics = false, ideal_lidar = false, ideal_imu = false;
+  bool plane_surfaces = false;
   FaultArguments faults;
   BagCompression compression = BagCompression::kNone;
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
@@ -163,6 +164,7 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   }
   sequence.image_rate = options.image_rate;
   sequence.ideal_lidar = sequence.ideal_lidar || options.ideal_lidar;
+  sequence.plane_surfaces = options.plane_surfaces;
   if (options.ideal_imu) sequence.imu_errors = {};
   sequence.faults = std::move(*faults);
   if (!options.trajectory.empty()) {
@@ -225,6 +227,21 @@ Json RowsJson(const Eigen::Matrix3d& m) {
   return rows;
 }
 
+// By material; none where surfaces are plane.
+Json ReliefJson(const Recording& recording) {
+  Json json = Json::object();
+  if (recording.lidar().pattern().physics.plane_surfaces) return json;
+  for (const Material& material : recording.world().mesh().materials) {
+    const Relief& relief = material.relief;
+    if (relief.plane()) continue;
+    json[material.name] = {{"fine_m", relief.fine},
+                           {"fine_size_m", relief.fine_size},
+                           {"coarse_m", relief.coarse},
+                           {"coarse_size_m", relief.coarse_size}};
+  }
+  return json;
+}
+
 Json NoiseJson(const Recording& recording) {
   const SequenceOptions& options = recording.options();
   const ImuNoise& imu = options.imu_noise;
@@ -244,6 +261,7 @@ Json NoiseJson(const Recording& recording) {
             {"max_range_m", lidar.max_range},
             {"dropout", lidar.dropout},
             {"first_surface", lidar.first_surface},
+            {"surface_relief", ReliefJson(recording)},
             {"beam_divergence_rad", lidar.beam_divergence},
             {"pulse_length_m", lidar.pulse_length},
             {"incidence_bias", lidar.incidence_bias},
@@ -476,7 +494,9 @@ void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
                    "vibrates, warms up and has errors of scale");
   command.add_flag("--ideal-lidar", options.ideal_lidar,
                    "A LiDAR with white noise and nothing else wrong: no mixed pixels, glass like "
-                   "any surface, no bias of ranges");
+                   "any surface, no bias of ranges, plane surfaces");
+  command.add_flag("--plane-surfaces", options.plane_surfaces,
+                   "Walls and grounds without roughness and waves, for the LiDAR");
 }
 
 }  // namespace

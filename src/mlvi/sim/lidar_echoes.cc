@@ -19,6 +19,14 @@ bool IsSmooth(const Material& material) {
   return material.lidar_mirror > 0.0 || material.transmission > 0.0;
 }
 
+// Puts an echo from `point` of the mesh of a static surface on the relief of its material.
+void PutOnRelief(const World& world, const Material& material, const Eigen::Vector3d& point,
+                 const Eigen::Vector3d& direction, const LidarPhysics& physics, LidarEcho& echo) {
+  if (physics.plane_surfaces || material.relief.plane()) return;
+  echo.relief = world.relief().ShortensBy(material.relief, point, direction, echo.cosine);
+  echo.range -= echo.relief;
+}
+
 // One ray of a pulse on its way.
 struct Stretch {
   Eigen::Vector3d origin, direction;
@@ -28,17 +36,18 @@ struct Stretch {
   int depth = 0;  // surfaces met
 };
 
-void Follow(const WorldSnapshot& world, const Stretch& at, double max_range, double weight,
-            std::vector<LidarEcho>& echoes) {
-  const auto hit = world.Cast(at.origin, at.direction, max_range - at.travelled);
+void Follow(const WorldSnapshot& world, const Stretch& at, const LidarPhysics& physics,
+            double weight, std::vector<LidarEcho>& echoes) {
+  const auto hit = world.Cast(at.origin, at.direction, physics.max_range - at.travelled);
   if (!hit) return;
   const Material& material = *hit->material;
   const double cosine = -hit->normal.dot(at.direction), range = at.travelled + hit->range;
   LidarEcho& echo = echoes.emplace_back(EchoOf(material, cosine, range, at.energy));
   echo.weight = weight;
   echo.path = at.path;
-  if (!IsSmooth(material) || at.depth + 1 >= kMaxDepth) return;
   const Eigen::Vector3d point = at.origin + hit->range * at.direction;
+  if (hit->object < 0) PutOnRelief(world.world(), material, point, at.direction, physics, echo);
+  if (!IsSmooth(material) || at.depth + 1 >= kMaxDepth) return;
   const auto go_on = [&](double share, const Eigen::Vector3d& onward, EchoPath path) {
     if (share * at.energy < kLeastEnergy) return;
     Follow(world,
@@ -48,7 +57,7 @@ void Follow(const WorldSnapshot& world, const Stretch& at, double max_range, dou
             .energy = share * at.energy,
             .path = std::max(path, at.path),
             .depth = at.depth + 1},
-           max_range, weight, echoes);
+           physics, weight, echoes);
   };
   go_on(MirroredShare(material.lidar_mirror, cosine), at.direction + 2.0 * cosine * hit->normal,
         EchoPath::kMirrored);
@@ -63,6 +72,7 @@ LidarReturn Alone(const LidarEcho& echo) {
           .reflectivity = echo.weight * echo.reflectivity,
           .cosine = echo.cosine,
           .path = echo.path,
+          .relief = echo.relief,
           .echoes = 1};
 }
 
@@ -78,6 +88,7 @@ LidarReturn Joined(std::span<const LidarEcho> echoes) {
           .reflectivity = power * range * range,
           .cosine = strongest->cosine,
           .path = strongest->path,
+          .relief = strongest->relief,
           .echoes = static_cast<int>(echoes.size())};
 }
 
@@ -126,9 +137,9 @@ LidarEcho EchoOf(const Material& material, double cosine, double range, double e
 }
 
 void TracePulse(const WorldSnapshot& world, const Eigen::Vector3d& origin,
-                const Eigen::Vector3d& direction, double max_range, double weight,
+                const Eigen::Vector3d& direction, const LidarPhysics& physics, double weight,
                 std::vector<LidarEcho>& echoes) {
-  Follow(world, {.origin = origin, .direction = direction}, max_range, weight, echoes);
+  Follow(world, {.origin = origin, .direction = direction}, physics, weight, echoes);
 }
 
 std::optional<LidarReturn> StrongestReturn(std::vector<LidarEcho>& echoes, double pulse_length) {
@@ -173,12 +184,17 @@ std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const Eigen:
   if (meets == BeamMeets::kNothing) return std::nullopt;
   if (meets == BeamMeets::kPlane) {
     const PacketHit& middle = hits[0];
-    return Alone(EchoOf(world.world().MaterialOf(middle), -middle.normal.dot(beam.Direction(0)),
-                        middle.range, 1.0));
+    const Material& material = world.world().MaterialOf(middle);
+    LidarEcho echo = EchoOf(material, -middle.normal.dot(beam.Direction(0)), middle.range, 1.0);
+    if (middle.object < 0) {
+      PutOnRelief(world.world(), material, origin + middle.range * direction, direction, physics,
+                  echo);
+    }
+    return Alone(echo);
   }
   std::vector<LidarEcho> echoes;
   for (std::size_t i = 0; i < static_cast<std::size_t>(rays); ++i) {
-    TracePulse(world, origin, directions[i], physics.max_range, line ? 1.0 : BeamWeight(i), echoes);
+    TracePulse(world, origin, directions[i], physics, line ? 1.0 : BeamWeight(i), echoes);
   }
   return StrongestReturn(echoes, physics.pulse_length);
 }

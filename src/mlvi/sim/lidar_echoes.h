@@ -27,6 +27,7 @@ struct LidarEcho {
   double cosine = 1.0;        // of the angle of incidence
   EchoPath path = EchoPath::kDirect;
   double weight = 1.0;  // share of the pulse
+  double relief = 0.0;  // m, by which `range` ends before the mesh (Material::relief)
   double power() const { return weight * reflectivity / (range * range); }
 };
 
@@ -37,6 +38,7 @@ struct LidarReturn {
   double reflectivity = 0.0;             // of all together
   double cosine = 1.0;                   // of the strongest
   EchoPath path = EchoPath::kDirect;     // of the strongest
+  double relief = 0.0;                   // m, of the strongest
   int echoes = 0;
 
   // Of several places: lies between its surfaces, on none of them.
@@ -53,9 +55,10 @@ LidarEcho EchoOf(const Material& material, double cosine, double range, double e
 
 // Appends the echoes of everything along a ray of share `weight` of the pulse: through panes
 // (Material::transmission) and, mirrored by them and by mirrors (Material::lidar_mirror),
-// elsewhere, where what returns looks as if it stood behind them. At most three surfaces deep.
+// elsewhere, where what returns looks as if it stood behind them. At most three surfaces deep, up
+// to physics.max_range. Ranges end on the relief of static surfaces, unless physics.plane_surfaces.
 void TracePulse(const WorldSnapshot& world, const Eigen::Vector3d& origin,
-                const Eigen::Vector3d& direction, double max_range, double weight,
+                const Eigen::Vector3d& direction, const LidarPhysics& physics, double weight,
                 std::vector<LidarEcho>& echoes);
 
 // The strongest return: echoes within `pulse_length` (m) of the first of them come back as one

@@ -166,7 +166,7 @@ double RangeBias(const LidarPhysics& physics, double range, double cosine, doubl
 }
 
 LidarPhysics IdealPhysics(LidarPhysics physics) {
-  physics.first_surface = true;
+  physics.first_surface = physics.plane_surfaces = true;
   physics.beam_divergence = physics.incidence_bias = physics.walk_error = 0.0;
   return physics;
 }

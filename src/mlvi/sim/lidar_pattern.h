@@ -37,6 +37,7 @@ struct LidarPhysics {
   // An ideal sensor: what a pulse meets first returns all of it, glass and signs like anything
   // else.
   bool first_surface = false;
+  bool plane_surfaces = false;  // no Material::relief: everything is as plane as its triangles
   // rad, full width at half maximum of the beam (a Gaussian, sampled at five points): things at its
   // rim mix with what lies behind. 0: a line.
   double beam_divergence = 0.0;
@@ -53,8 +54,8 @@ struct LidarPhysics {
 // Systematic error of a range, m: incidence and walk as above. `cosine` of the angle of incidence.
 double RangeBias(const LidarPhysics& physics, double range, double cosine, double reflectivity);
 
-// The same sensor without beam width, mirrors, systematic errors of range: white noise is all that
-// is wrong with it.
+// The same sensor without beam width, mirrors, relief of surfaces, systematic errors of range: white
+// noise is all that is wrong with it.
 LidarPhysics IdealPhysics(LidarPhysics physics);
 
 // One sweep of a LiDAR: all rays in the order of its messages.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "mlvi/base/parallel.h"
@@ -86,7 +87,8 @@ INSTANTIATE_TEST_SUITE_P(Models, Lidars,
 // Whatever a ray may come back from, by tracing it without regard to energies: surfaces behind
 // panes and in mirrors, too.
 struct Candidate {
-  double range = 0.0;
+  double range = 0.0;   // m, to the mesh
+  double relief = 0.0;  // m, by which the way ends before it
   EchoPath path = EchoPath::kDirect;
 };
 void Collect(const WorldSnapshot& world, const Eigen::Vector3d& origin,
@@ -94,16 +96,20 @@ void Collect(const WorldSnapshot& world, const Eigen::Vector3d& origin,
              std::vector<Candidate>& found) {
   const auto hit = world.Cast(origin, direction, 300.0);
   if (!hit) return;
-  const Candidate here{way.range + hit->range, way.path};
-  found.push_back(here);
   const Material& material = *hit->material;
+  Candidate here{.range = way.range + hit->range, .path = way.path};
+  if (hit->object < 0) {
+    here.relief = world.world().relief().ShortensBy(
+        material.relief, origin + hit->range * direction, direction, -hit->normal.dot(direction));
+  }
+  found.push_back(here);
   if (surfaces == 1 || (material.transmission == 0.0 && material.lidar_mirror == 0.0)) return;
   const Eigen::Vector3d point = origin + hit->range * direction;
   const Eigen::Matrix3d householder =
       Eigen::Matrix3d::Identity() - 2.0 * hit->normal * hit->normal.transpose();
   const auto behind = [&](const Eigen::Vector3d& onward, EchoPath path) {
-    Collect(world, point + 1e-3 * onward, onward, {here.range + 1e-3, std::max(path, way.path)},
-            surfaces - 1, found);
+    Collect(world, point + 1e-3 * onward, onward,
+            {.range = here.range + 1e-3, .path = std::max(path, way.path)}, surfaces - 1, found);
   };
   behind(householder * direction, EchoPath::kMirrored);
   behind(direction, EchoPath::kTransmitted);
@@ -179,8 +185,8 @@ TEST_P(Echoes, RangesErrByBiasAndNoise) {
   }
 }
 
-// A ray without width: direct echoes lie on the mesh, transmitted ones on what is behind the pane,
-// mirrored ones on the mirrored mesh.
+// A ray without width: direct echoes lie on the mesh but for the relief that the truth tells,
+// transmitted ones on what is behind the pane, mirrored ones on the mirrored mesh.
 TEST_P(Echoes, RaysComeBackFromWhatTheirPathMeets) {
   std::size_t all = 0, wrong = 0;
   ForEachReturn(0.0, [&](const LidarPattern&, std::size_t, const Shot& shot) {
@@ -189,12 +195,54 @@ TEST_P(Echoes, RaysComeBackFromWhatTheirPathMeets) {
     Collect(shot.world, shot.origin, shot.ray.normalized(), {}, 3, candidates);
     ++all;
     wrong += std::ranges::none_of(candidates, [&](const Candidate& c) {
-      return c.path == shot.truth.path && std::abs(c.range - shot.truth.range) < 1e-3;
+      return c.path == shot.truth.path &&
+             std::abs(c.range - shot.truth.range - shot.truth.relief) < 1e-3;
     });
   });
   ASSERT_GT(all, 10000U);
   // Rays along an edge may see the other side of it after rounding to float.
   EXPECT_LT(wrong, 1 + all / 2000);
+}
+
+// Relief belongs to the wall: whatever ray comes back from it, where it ends the surface stands out
+// of the mesh by the height that is there; and it is as rough as its materials say.
+TEST_P(Echoes, DirectReturnsEndOnTheReliefOfTheirSurface) {
+  std::size_t all = 0, off = 0;
+  struct Roughness {
+    double squares = 0.0, promised = 0.0;
+  };
+  std::map<std::array<int, 3>, Roughness> cells;  // of a metre, which has a bump or two
+  ForEachReturn(1.0, [&](const LidarPattern&, std::size_t, const Shot& shot) {
+    const LidarReturn& truth = shot.truth;
+    if (truth.mixed() || truth.path != EchoPath::kDirect) return;
+    const Eigen::Vector3d direction = shot.ray.normalized();
+    const auto hit = shot.world.Cast(shot.origin, direction, 300.0);
+    if (!hit || hit->object >= 0 || truth.cosine < 0.2) return;
+    if (std::abs(truth.range + truth.relief - hit->range) > 1e-3) return;  // the test above
+    const Relief& relief = hit->material->relief;
+    const Eigen::Vector3d end = shot.origin + truth.range * direction;
+    const double height = hit->normal.dot(end - shot.origin - hit->range * direction);
+    const double there = shot.world.world().relief().HeightAt(relief, end);
+    ++all;
+    off += std::abs(height - there) > 5e-4;
+    const Eigen::Vector3d metres = end.array().floor();
+    Roughness& cell = cells[{int(metres.x()), int(metres.y()), int(metres.z())}];
+    cell.squares += height * height;
+    cell.promised += relief.fine * relief.fine + relief.coarse * relief.coarse;
+  });
+  ASSERT_GT(all, 10000U);
+  EXPECT_LT(off, 1 + all / 500);
+  double ratios = 0.0, rough = 0.0;
+  for (const auto& [where, cell] : cells) {
+    if (cell.promised == 0.0) continue;
+    ratios += cell.squares / cell.promised;
+    rough += 1.0;
+  }
+  ASSERT_GT(rough, 50.0);
+  // A square of a normal height has the variance 2.
+  EXPECT_NEAR(ratios / rough, 1.0, 5.0 * std::sqrt(2.0 / rough));
+  RecordProperty("rough_cells", std::to_string(rough));
+  RecordProperty("ratio", std::to_string(ratios / rough));
 }
 
 // Whole beams: a mixed pixel lies between surfaces that rays of its beam meet, any other on that
@@ -209,8 +257,9 @@ TEST_P(Echoes, MixedPixelsLieBetweenSurfaces) {
     for (const Eigen::Vector3d& direction : beam)
       Collect(shot.world, shot.origin, direction, {}, 3, candidates);
     const auto meets = [&](double range) {
-      return std::ranges::any_of(
-          candidates, [&](const Candidate& c) { return std::abs(c.range - range) < 2e-3; });
+      return std::ranges::any_of(candidates, [&](const Candidate& c) {
+        return std::abs(c.range - c.relief - range) < 2e-3;
+      });
     };
     ++all;
     mixed += truth.mixed();

@@ -57,6 +57,13 @@ MaterialId MeshBuilder::AddMaterial(const Material& material) {
              "transmission {}, mirror {}, lidar_mirror {} of {}", material.transmission,
              material.mirror, material.lidar_mirror, material.name);
   MLVI_CHECK(material.tile > 0.0, "a tile of {} m of {}", material.tile, material.name);
+  const bool smooth = material.transmission > 0.0 || material.lidar_mirror > 0.0;
+  MLVI_CHECK(material.relief.plane() || !smooth, "relief on {}, which is smooth", material.name);
+  MLVI_CHECK(material.relief.fine >= 0.0 && material.relief.fine_size > 0.0 &&
+                 material.relief.coarse >= 0.0 && material.relief.coarse_size > 0.0,
+             "relief {} m of {} m, {} m of {} m on {}", material.relief.fine,
+             material.relief.fine_size, material.relief.coarse, material.relief.coarse_size,
+             material.name);
   mesh_.materials.push_back(material);
   return static_cast<MaterialId>(mesh_.materials.size() - 1);
 }

@@ -93,6 +93,7 @@ LidarSimulator MakeLidar(const SequenceOptions& options) {
   const LidarSpec& spec = *options.rig.true_rig.lidar;
   LidarPattern pattern = MakeLidarPattern(spec.model).value();
   if (options.ideal_lidar) pattern.physics = IdealPhysics(pattern.physics);
+  if (options.plane_surfaces) pattern.physics.plane_surfaces = true;
   return LidarSimulator(std::move(pattern), spec.T_body_lidar, RandomStream(options.seed, "lidar"));
 }
 

@@ -77,7 +77,8 @@ struct SequenceOptions {
   std::shared_ptr<const OwnWorld> own_world = {};
   // A LiDAR of a straight line, the first surface, white noise (IdealPhysics).
   bool ideal_lidar = false;
-  ImuErrors imu_errors = {};  // as far as `faults` say nothing else
+  bool plane_surfaces = false;  // LidarPhysics
+  ImuErrors imu_errors = {};    // as far as `faults` say nothing else
   SequenceFaults faults = {};
   // Names of the rig's cameras that take images; without any, nothing is drawn for them.
   std::vector<std::string> cameras = {};

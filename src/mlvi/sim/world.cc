@@ -35,6 +35,7 @@ struct World::Scene {
   TriangleMesh mesh;
   Lighting lighting;
   std::vector<MovingObject> movers;
+  SurfaceRelief relief;
   internal::EmbreeMesh tracer;           // of `mesh`
   std::vector<std::vector<Part>> parts;  // by moving object
   Time begin = Time::FromNanoseconds(0);
@@ -114,6 +115,8 @@ World& World::operator=(World&&) noexcept = default;
 const TriangleMesh& World::mesh() const { return scene_->mesh; }
 const Lighting& World::lighting() const { return scene_->lighting; }
 const std::vector<MovingObject>& World::movers() const { return scene_->movers; }
+
+const SurfaceRelief& World::relief() const { return scene_->relief; }
 
 const Material& World::MaterialOf(const PacketHit& hit) const {
   const TriangleMesh& mesh = hit.object < 0 ? scene_->mesh

@@ -16,6 +16,7 @@
 #include "mlvi/geometry/pose3.h"
 #include "mlvi/sim/lighting.h"
 #include "mlvi/sim/ray_packet.h"
+#include "mlvi/sim/surface_relief.h"
 #include "mlvi/sim/texture.h"
 
 namespace mlvi {
@@ -48,6 +49,9 @@ struct Material {
   double lidar_mirror = 0.0;
   // Signs, number plates, safety vests: returns the LiDAR's light to where it came from.
   bool retroreflective = false;
+  // How far from plane it is, for LiDARs, where it stands still. Of smooth surfaces (`transmission`
+  // or `lidar_mirror` positive) none.
+  Relief relief = {};
 };
 
 // Shares of light that a smooth surface mirrors (Schlick 1994) and passes at the cosine of an angle
@@ -100,6 +104,8 @@ class World {
   const TriangleMesh& mesh() const;
   const Lighting& lighting() const;
   const std::vector<MovingObject>& movers() const;
+  // How Material::relief lies on the static surfaces.
+  const SurfaceRelief& relief() const;
 
   // The instant that moving objects and lamps count their seconds from; the epoch of the clock
   // unless set.

@@ -2,8 +2,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/sim/places/palette.h"
 
+#include <array>
+#include <string_view>
+
 namespace mlvi {
 namespace {
+
+// How rough things are. Built surfaces: a third of the gaps under a straightedge that DIN 18202
+// (table 3) allows over 0.1 m and over 1 m (from memory: finished walls 3 and 5 mm, floors 2 and 4,
+// raw ones 5 and 10), joints and rounded edges of masonry added. Grounds: 3 to 5 mm within 1 m is
+// what a real recording shows of paving and asphalt (walk_os0); gravel, soil, grass, rock by their
+// grain. All assumed but that.
+struct NamedRelief {
+  std::string_view name;
+  Relief relief;  // fine, size, coarse, size; m
+};
+constexpr std::array<NamedRelief, 24> kReliefs = {{
+    {"stone", {0.003, 0.12, 0.004, 0.8}},        {"old stone", {0.006, 0.12, 0.010, 0.7}},
+    {"brick", {0.0025, 0.1, 0.003, 0.9}},        {"plaster", {0.001, 0.15, 0.0025, 0.9}},
+    {"wall paint", {0.0007, 0.15, 0.0017, 0.9}}, {"concrete", {0.0017, 0.15, 0.0033, 0.9}},
+    {"ceiling", {0.0007, 0.15, 0.0017, 0.9}},    {"tiles", {0.0007, 0.15, 0.0013, 0.9}},
+    {"flagstone", {0.003, 0.15, 0.004, 0.7}},    {"floorboards", {0.0010, 0.1, 0.002, 0.8}},
+    {"linoleum", {0.0005, 0.15, 0.0013, 0.9}},   {"carpet", {0.0010, 0.1, 0.0013, 0.9}},
+    {"roof tiles", {0.012, 0.2, 0.01, 1.0}},     {"gravel", {0.006, 0.08, 0.010, 0.6}},
+    {"grass", {0.012, 0.1, 0.020, 0.5}},         {"soil", {0.008, 0.1, 0.015, 0.5}},
+    {"asphalt", {0.002, 0.1, 0.004, 0.7}},       {"bark", {0.006, 0.1, 0.006, 0.3}},
+    {"leaf", {0.010, 0.1, 0.010, 0.3}},          {"rock", {0.012, 0.12, 0.020, 0.4}},
+    {"wood", {0.001, 0.15, 0.002, 0.8}},         {"dark wood", {0.002, 0.15, 0.003, 0.8}},
+    {"books", {0.006, 0.1, 0.006, 0.3}},         {"rusty steel", {0.002, 0.1, 0.002, 0.5}},
+}};
+
+// Of things that are not in the list: plane.
+Relief ReliefOf(std::string_view material) {
+  for (const NamedRelief& named : kReliefs) {
+    if (named.name == material) return named.relief;
+  }
+  return {};
+}
 
 using Colour = Eigen::Vector3f;
 using Pattern = TexturePattern;
@@ -44,7 +79,8 @@ class Painter {
     return {.name = name,
             .reflectivity = reflectivity,
             .texture = {.pattern = pattern, .seed = ++seed_ * 7919U, .light = light, .dark = dark},
-            .tile = tile};
+            .tile = tile,
+            .relief = ReliefOf(name)};
   }
 
   MeshBuilder& builder_;

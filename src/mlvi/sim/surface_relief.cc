@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The mlvi authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mlvi/sim/surface_relief.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mlvi/base/random.h"
+
+namespace mlvi {
+namespace {
+
+constexpr int kSide = 32;         // lattice points per period and axis, a power of two
+constexpr double kLargest = 2.5;  // of lattice values before they are scaled by 1.03 at most
+constexpr double kGrazing = 0.2;  // least cosine
+constexpr double kExact = 1e-4;   // m
+constexpr int kMostSteps = 8;
+
+// The rms of lattice values of rms 1 joined by smoothsteps s along three axes: the mean of s^2 +
+// (1 - s)^2 is 26/35 along each.
+constexpr double kJoinedRms = 0.640262;  // (26/35)^(3/2)
+
+std::size_t IndexOf(std::int64_t x, std::int64_t y, std::int64_t z) {
+  constexpr std::int64_t kMask = kSide - 1;
+  return static_cast<std::size_t>(((z & kMask) * kSide + (y & kMask)) * kSide + (x & kMask));
+}
+
+// Between the axes of the world and those of the lattice: no wall lies along its planes.
+Eigen::Vector3d Aslant(const Eigen::Vector3d& p) {
+  return {0.6 * p.x() + 0.64 * p.y() + 0.48 * p.z(), -0.8 * p.x() + 0.48 * p.y() + 0.36 * p.z(),
+          -0.6 * p.y() + 0.8 * p.z()};
+}
+
+}  // namespace
+
+double Relief::bound() const { return 1.03 * kLargest / kJoinedRms * (fine + coarse); }
+
+SurfaceRelief::SurfaceRelief() : lattice_(kSide * kSide * kSide) {
+  RandomStream random(1, "surface relief");
+  double squares = 0.0;
+  for (float& value : lattice_) {
+    value = static_cast<float>(std::clamp(random.Normal(), -kLargest, kLargest));
+    squares += value * value;
+  }
+  const auto scale = static_cast<float>(std::sqrt(static_cast<double>(lattice_.size()) / squares));
+  for (float& value : lattice_) value *= scale;
+}
+
+double SurfaceRelief::Noise(const Eigen::Vector3d& at) const {
+  std::array<std::int64_t, 3> cell{};
+  std::array<double, 3> s{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double value = at[static_cast<Eigen::Index>(axis)], floor = std::floor(value);
+    const double t = value - floor;
+    cell[axis] = static_cast<std::int64_t>(floor);
+    s[axis] = t * t * (3.0 - 2.0 * t);
+  }
+  const auto [x, y, z] = cell;
+  const auto along_x = [&](std::int64_t j, std::int64_t k) {
+    const double a = lattice_[IndexOf(x, j, k)], b = lattice_[IndexOf(x + 1, j, k)];
+    return a + s[0] * (b - a);
+  };
+  const auto along_y = [&](std::int64_t k) {
+    const double a = along_x(y, k), b = along_x(y + 1, k);
+    return a + s[1] * (b - a);
+  };
+  const double a = along_y(z), b = along_y(z + 1);
+  return (a + s[2] * (b - a)) / kJoinedRms;
+}
+
+double SurfaceRelief::HeightAt(const Relief& relief, const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d aslant = Aslant(point);
+  double height = 0.0;
+  if (relief.fine > 0.0) height += relief.fine * Noise(aslant / relief.fine_size);
+  // Elsewhere in the same lattice: not the same bumps made larger.
+  if (relief.coarse > 0.0)
+    height += relief.coarse * Noise(aslant / relief.coarse_size + Eigen::Vector3d(11.3, 17.7, 5.1));
+  return height;
+}
+
+// The root of f(s) = s cosine - h(point - s direction), which goes from negative to positive within
+// the bound of heights: secants, kept within the bracket that they narrow (Illinois).
+double SurfaceRelief::ShortensBy(const Relief& relief, const Eigen::Vector3d& point,
+                                 const Eigen::Vector3d& direction, double cosine) const {
+  if (relief.plane()) return 0.0;
+  const double c = std::max(cosine, kGrazing), reach = relief.bound();
+  const auto excess = [&](double s) { return s * c - HeightAt(relief, point - s * direction); };
+  double low = -reach / c, high = reach / c, at_low = -reach, at_high = reach, s = 0.0;
+  int side = 0;  // of the end that moved last
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double f = excess(s);
+    if (std::abs(f) < kExact) break;
+    if (f < 0.0) {
+      low = s, at_low = f;
+      if (side < 0) at_high *= 0.5;
+    } else {
+      high = s, at_high = f;
+      if (side > 0) at_low *= 0.5;
+    }
+    side = f < 0.0 ? -1 : 1;
+    s = low - at_low * (high - low) / (at_high - at_low);
+  }
+  return s;
+}
+
+}  // namespace mlvi
