@@ -54,10 +54,12 @@ Expected<void> AddCameraFaults(const std::string& option, const std::vector<std:
 
 Expected<void> AddNamedFaults(const FaultArguments& arguments, SequenceFaults& faults) {
   for (const std::string& text : arguments.clocks) {
-    const auto parsed = Parse("--clock", text, 1, 2, "SENSOR,OFFSET[,DRIFT_PPM]");
+    const auto parsed = Parse("--clock", text, 1, 3, "SENSOR,OFFSET[,DRIFT_PPM[,JITTER]]");
     if (!parsed) return tl::unexpected(parsed.error());
-    const double drift = parsed->numbers.size() > 1 ? parsed->numbers[1] : 0.0;
-    faults.clocks[parsed->name] = {.offset = parsed->numbers[0], .drift_ppm = drift};
+    std::vector<double> numbers = parsed->numbers;
+    numbers.resize(3, 0.0);
+    faults.clocks[parsed->name] = {
+        .offset = numbers[0], .drift_ppm = numbers[1], .jitter = numbers[2]};
   }
   for (const std::string& text : arguments.lens_patches) {
     const auto parsed =
@@ -127,8 +129,8 @@ void AddFaultOptions(CLI::App& command, FaultArguments& a) {
   numbers("--time-jump", a.time_jump, 2,
           "START,BACK: from START on all stamps are BACK seconds too early");
   texts("--clock", a.clocks,
-        "SENSOR,OFFSET[,DRIFT_PPM]: stamps of imu, lidar or a camera are late by OFFSET seconds, "
-        "growing");
+        "SENSOR,OFFSET[,DRIFT_PPM[,JITTER]]: stamps of imu, lidar or a camera are late by OFFSET "
+        "seconds, growing, and by up to JITTER seconds at random");
   numbers("--extrinsics-error", a.extrinsics_error, 2,
           "DEGREES,METRES: how far true mounts of LiDAR and cameras are from the rig file's");
   command.add_flag("--imu-in-g", a.imu_in_g, "Accelerations in g instead of m/s^2")
@@ -175,7 +177,6 @@ Json ToJson(const SequenceFaults& faults) {
                {"exposure_jump", nullptr},
                {"lights_off", ToJson(faults.lights_off)},
                {"time_jump", nullptr},
-               {"clocks", Json::object()},
                {"extrinsics_error", nullptr},
                {"imu_in_g", faults.imu_in_g}};
   if (const auto& limits = faults.imu_saturation) {
@@ -194,8 +195,6 @@ Json ToJson(const SequenceFaults& faults) {
   if (faults.time_jump) {
     json["time_jump"] = {{"start_s", faults.time_jump->start}, {"back_s", faults.time_jump->back}};
   }
-  for (const auto& [sensor, clock] : faults.clocks)
-    json["clocks"][sensor] = {{"offset_s", clock.offset}, {"drift_ppm", clock.drift_ppm}};
   if (const auto& error = faults.extrinsics) {
     json["extrinsics_error"] = {{"rotation_deg", error->rotation / kDegree},
                                 {"translation_m", error->translation}};

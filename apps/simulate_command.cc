@@ -50,7 +50,7 @@ struct SimulateOptions {
   std::uint64_t seed = 1;
   bool list = false;
   bool wrong_extrinsics = false, exact_extrinsics = false, ideal_lidar = false, ideal_imu = false;
-  bool plane_surfaces = false;
+  bool plane_surfaces = false, no_operator = false, exact_clocks = false;
   FaultArguments faults;
   BagCompression compression = BagCompression::kNone;
   VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
@@ -165,6 +165,8 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   sequence.image_rate = options.image_rate;
   sequence.ideal_lidar = sequence.ideal_lidar || options.ideal_lidar;
   sequence.plane_surfaces = options.plane_surfaces;
+  if (options.no_operator) sequence.carried = false;
+  if (options.exact_clocks) sequence.clocks = {};
   if (options.ideal_imu) sequence.imu_errors = {};
   sequence.faults = std::move(*faults);
   if (!options.trajectory.empty()) {
@@ -268,6 +270,15 @@ Json NoiseJson(const Recording& recording) {
             {"walk_error_m_per_decade", lidar.walk_error}}}};
 }
 
+Json ClocksJson(const Clocks& clocks) {
+  Json json = Json::object();
+  for (const auto& [sensor, clock] : clocks) {
+    json[sensor] = {
+        {"offset_s", clock.offset}, {"drift_ppm", clock.drift_ppm}, {"jitter_s", clock.jitter}};
+  }
+  return json;
+}
+
 Json MotionJson(const Recording& recording) {
   const MotionStatistics motion =
       MeasureMotion(recording.motion(), recording.begin(), recording.end());
@@ -309,6 +320,7 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"seed", sequence.seed},
           {"seconds", sequence.seconds},
           {"rest_s", sequence.rest},
+          {"operator", sequence.carried},
           {"begin", ToString(sequence.begin)},
           {"end", ToString(interrupted ? recording.reached() : recording.end())},
           {"trajectory", options.trajectory},
@@ -321,6 +333,7 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"messages", messages},
           {"cameras", CamerasJson(recording)},
           {"faults", ToJson(sequence.faults)},
+          {"clocks", ClocksJson(EffectiveClocks(sequence.clocks, sequence.faults))},
           {"noise", NoiseJson(recording)},
           {"bias_at_begin", ToJson(recording.GroundTruth(recording.begin()).bias)},
           {"bias_at_end", ToJson(recording.GroundTruth(recording.end()).bias)},
@@ -497,6 +510,11 @@ void AddExtrinsicsOptions(CLI::App& command, SimulateOptions& options) {
                    "any surface, no bias of ranges, plane surfaces");
   command.add_flag("--plane-surfaces", options.plane_surfaces,
                    "Walls and grounds without roughness and waves, for the LiDAR");
+  command.add_flag("--no-operator", options.no_operator,
+                   "Nobody carries the rig: nothing hides what is behind it");
+  command.add_flag("--exact-clocks", options.exact_clocks,
+                   "Stamps without the offsets and the jitter of the sequence's rig; --clock still "
+                   "sets those of a sensor");
 }
 
 }  // namespace

@@ -72,21 +72,21 @@ void CheckLensPatch(const LensPatch& patch, const std::vector<std::string>& came
   checks.Positive("the radius of a lens patch", patch.radius, 2.0, "of the width");
 }
 
-void CheckClocks(const SequenceFaults& faults, const std::vector<std::string>& cameras,
-                 FaultChecks& checks) {
-  constexpr double kFarthest =
-      5e8;  // s, 16 years: stamps stay after 1970, jump and offset together
-  std::vector<std::string> sensors = cameras;
-  sensors.insert(sensors.end(), {"imu", "lidar"});
-  for (const auto& [sensor, clock] : faults.clocks) {
-    checks.Name(sensor, sensors, "the clock of");
-    checks.Range("the offset of the clock of " + sensor, clock.offset, -kFarthest, kFarthest, "s");
-    checks.Range("the drift of the clock of " + sensor, clock.drift_ppm, -1e5, 1e5, "ppm");
+constexpr double kFarthest = 5e8;  // s, 16 years: stamps stay after 1970, jump and offset together
+
+void CheckTimeJump(const TimeJump& jump, FaultChecks& checks) {
+  checks.Range("the start of the time jump", jump.start, 0.0, FaultChecks::kLongest, "s");
+  checks.Range("the time jump", jump.back, -kFarthest, kFarthest, "s");
+}
+
+// s between measurements.
+double PeriodOf(const std::string& sensor, const Rig& rig) {
+  if (sensor == "imu") return 1.0 / rig.imu.rate_hz;
+  if (sensor == "lidar" && rig.lidar) return 1.0 / rig.lidar->rate_hz;
+  for (const CameraSpec& camera : rig.cameras) {
+    if (camera.name == sensor) return 1.0 / camera.rate_hz;
   }
-  if (!faults.time_jump) return;
-  checks.Range("the start of the time jump", faults.time_jump->start, 0.0, FaultChecks::kLongest,
-               "s");
-  checks.Range("the time jump", faults.time_jump->back, -kFarthest, kFarthest, "s");
+  return 0.0;
 }
 
 }  // namespace
@@ -97,10 +97,12 @@ void SpoilTenth(LidarSweep& sweep, RandomStream random) {
   }
 }
 
-Duration ClockFault(const SequenceFaults& faults, const std::string& sensor, double seconds) {
-  const auto found = faults.clocks.find(sensor);
-  if (found == faults.clocks.end()) return Duration();
-  return Duration::FromSeconds(found->second.offset + 1e-6 * found->second.drift_ppm * seconds);
+Duration StampError(const Clocks& clocks, const std::string& sensor, double seconds,
+                    RandomStream random) {
+  const auto found = clocks.find(sensor);
+  if (found == clocks.end()) return Duration();
+  const auto& [offset, drift_ppm, jitter] = found->second;
+  return Duration::FromSeconds(offset + 1e-6 * drift_ppm * seconds + jitter * random.Uniform());
 }
 
 std::optional<CameraFailure> FailureOf(const SequenceFaults& faults, const std::string& camera,
@@ -143,6 +145,25 @@ void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& r
   };
   if (rig.lidar) disturb(rig.lidar->T_body_lidar);
   for (CameraSpec& camera : rig.cameras) disturb(camera.T_body_camera);
+}
+
+Clocks EffectiveClocks(Clocks clocks, const SequenceFaults& faults) {
+  for (const auto& [sensor, clock] : faults.clocks) clocks[sensor] = clock;
+  return clocks;
+}
+
+Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig) {
+  FaultChecks checks;
+  std::vector<std::string> sensors = rig.CameraNames();
+  sensors.insert(sensors.end(), {"imu", "lidar"});
+  for (const auto& [sensor, clock] : clocks) {
+    checks.Name(sensor, sensors, "the clock of");
+    checks.Range("the offset of the clock of " + sensor, clock.offset, -kFarthest, kFarthest, "s");
+    checks.Range("the drift of the clock of " + sensor, clock.drift_ppm, -1e5, 1e5, "ppm");
+    checks.Range("the jitter of the clock of " + sensor, clock.jitter, 0.0, PeriodOf(sensor, rig),
+                 "s");
+  }
+  return checks.result();
 }
 
 ImuErrors EffectiveErrors(ImuErrors errors, const SequenceFaults& faults) {
@@ -198,7 +219,7 @@ Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
     checks.Window("the exposure jump", jump->window);
     checks.Positive("the factor of the exposure jump", jump->factor, 1e3, "times");
   }
-  CheckClocks(faults, cameras, checks);
+  if (faults.time_jump) CheckTimeJump(*faults.time_jump, checks);
   if (const auto& error = faults.extrinsics) {
     checks.Range("the rotation of the extrinsics' error", error->rotation, 0.0, std::numbers::pi,
                  "rad");

@@ -31,11 +31,16 @@ struct TimeJump {
   double back = 0.0;   // s by which all stamps from then on are too early
 };
 
-// A sensor's clock that nobody has calibrated: its stamps are late by offset + drift * t.
+// A sensor's clock that nobody has calibrated: its stamps are late by offset + drift * t, and by
+// what a driver takes until it reads its own clock.
 struct ClockError {
   double offset = 0.0;     // s
   double drift_ppm = 0.0;  // microseconds per second
+  double jitter = 0.0;     // s; each stamp is later by a part of it, evenly distributed
 };
+
+// By "imu", "lidar" or the camera's name.
+using Clocks = std::map<std::string, ClockError>;
 
 // Limits of an IMU that is too small for the motion; per axis.
 struct ImuSaturation {
@@ -97,15 +102,17 @@ struct SequenceFaults {
   std::optional<FaultWindow> lights_off;  // all lamps of the place
   // Clocks and calibration
   std::optional<TimeJump> time_jump;
-  std::map<std::string, ClockError> clocks;  // by "imu", "lidar" or the camera's name
+  Clocks clocks;  // instead of the sequence's own (SequenceOptions::clocks)
   std::optional<ExtrinsicsError> extrinsics;
 };
 
 // A tenth of the points, drawn by `random`, becomes NaN.
 void SpoilTenth(LidarSweep& sweep, RandomStream random);
 
-// What the clock fault of `sensor` adds to a stamp `seconds` after the beginning.
-Duration ClockFault(const SequenceFaults& faults, const std::string& sensor, double seconds);
+// What the clock of `sensor` adds to a stamp `seconds` after the beginning; `random` is that
+// stamp's own.
+Duration StampError(const Clocks& clocks, const std::string& sensor, double seconds,
+                    RandomStream random);
 
 // The failure of `camera` at that time, if any.
 std::optional<CameraFailure> FailureOf(const SequenceFaults& faults, const std::string& camera,
@@ -118,11 +125,18 @@ void SmearLens(const LensPatch& patch, int channels, Image& image);
 // drawn by `random`.
 void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& rig);
 
+// The clocks once those among the faults have taken their places.
+Clocks EffectiveClocks(Clocks clocks, const SequenceFaults& faults);
+
 // What is left of an IMU's errors once those among the faults have taken their places.
 ImuErrors EffectiveErrors(ImuErrors errors, const SequenceFaults& faults);
 
 // What is wrong with the errors of an IMU, as CheckFaults.
 Expected<void> CheckImuErrors(const ImuErrors& errors);
+
+// What is wrong with clocks of that rig, as CheckFaults. Jitter must be shorter than the time from
+// one measurement to the next, so that stamps ascend.
+Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig);
 
 // What is wrong with the faults for that rig: an unknown camera or sensor, a number that is not
 // finite or beyond what can be simulated.

@@ -46,6 +46,34 @@ TEST(Faults, ClocksAreLateAndDrift) {
     EXPECT_NEAR((heard.sweeps[i] - recording.begin()).seconds(), 0.1 * i - 0.01, 1e-8);
 }
 
+// Late by less than the jitter, evenly, and never out of order.
+TEST(Faults, StampsOfArrivalJitter) {
+  SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr(), 10.0);
+  options.clocks["imu"] = {.offset = 0.004, .jitter = 0.002};
+  options.faults.clocks["lidar"] = {.jitter = 0.05};
+  Recording recording(options, RecordingForm::kMessages);
+  const Heard heard = Listen(recording);
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < heard.imu.size(); ++i) {
+    const double t = static_cast<double>(i) / 150.0,
+                 late = (heard.imu[i].stamp - recording.begin()).seconds() - t - 0.004;
+    ASSERT_GE(late, -1e-8);
+    ASSERT_LE(late, 0.002 + 1e-8);
+    if (i > 0) {
+      ASSERT_GT(heard.imu[i].stamp, heard.imu[i - 1].stamp);
+    }
+    sum += late, squares += late * late;
+  }
+  const auto n = static_cast<double>(heard.imu.size());
+  // Uniform: mean J / 2, variance J^2 / 12; 5 sigma of 1500 samples.
+  EXPECT_NEAR(sum / n, 0.001, 5.0 * 0.002 / std::sqrt(12.0 * n));
+  EXPECT_NEAR(squares / n, 0.002 * 0.002 / 3.0, 0.15 * 0.002 * 0.002 / 3.0);
+  for (std::size_t i = 1; i < heard.sweeps.size(); ++i)
+    EXPECT_GT(heard.sweeps[i], heard.sweeps[i - 1]);
+  options.clocks["imu"].jitter = 0.008;  // longer than a sample
+  EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("the jitter of the clock of imu"));
+}
+
 TEST(Faults, SmallImusSaturate) {
   SequenceOptions options = StandardSequence("courtyard-hard", test::NewerCollege(), 15.0);
   options.faults.imu_saturation = ImuSaturation{.acceleration = 10.0, .rate = 1.0};
@@ -124,7 +152,7 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
   good.faults.exposure_jump = ExposureJump{.window = {1.0, 2.0}, .factor = 2.0};
   good.faults.time_jump = TimeJump{1.0, 2.0};
   good.faults.extrinsics = ExtrinsicsError{0.01, 0.01};
-  good.faults.clocks["imu"] = {.offset = -0.1, .drift_ppm = 10.0};
+  good.faults.clocks["imu"] = {.offset = -0.1, .drift_ppm = 10.0, .jitter = 1e-3};
   ASSERT_TRUE(CheckOptions(good)) << CheckOptions(good).error().message;
   const auto numbers = [](SequenceOptions& options) {
     SequenceFaults& f = options.faults;
@@ -147,7 +175,8 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
                                 &f.extrinsics->rotation,
                                 &f.extrinsics->translation,
                                 &f.clocks["imu"].offset,
-                                &f.clocks["imu"].drift_ppm};
+                                &f.clocks["imu"].drift_ppm,
+                                &f.clocks["imu"].jitter};
     for (FaultWindow* window :
          {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points, &*f.corrupted_sweeps, &*f.imu_gap,
           &*f.image_gap, &*f.lights_off, &f.exposure_jump->window}) {

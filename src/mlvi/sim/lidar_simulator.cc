@@ -10,6 +10,9 @@
 namespace mlvi {
 namespace {
 
+// Moving objects stand still for so long, ns: 0.1 mm of a quick walk.
+constexpr std::int32_t kInstant = 100'000;
+
 // A unit vector near `direction`: normal angles of `sigma` rad about two axes across it.
 Eigen::Vector3d Disturbed(const Eigen::Vector3d& direction, double sigma, RandomStream& random) {
   const double a = sigma * random.Normal(), b = sigma * random.Normal();
@@ -53,14 +56,20 @@ LidarPoint LidarSimulator::Fire(const LidarRay& ray, const WorldSnapshot& world,
 TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, Time stamp,
                                   std::uint64_t index) const {
   const auto& offsets = pattern_.firing_offsets_ns;
-  const bool moves = !world.movers().empty();
   std::vector<Pose3> poses(offsets.size());
-  std::vector<WorldSnapshot> snapshots(moves ? offsets.size() : 1, world.At(stamp));
   ParallelFor(offsets.size(), 512, [&](std::size_t i) {
-    const Time time = stamp + Duration::FromNanoseconds(offsets[i]);
-    poses[i] = motion.PoseAt(time) * T_body_lidar_;
-    if (moves) snapshots[i] = world.At(time);
+    poses[i] = motion.PoseAt(stamp + Duration::FromNanoseconds(offsets[i])) * T_body_lidar_;
   });
+  const std::size_t instants =
+      world.movers().empty() ? 1 : static_cast<std::size_t>(offsets.back() / kInstant) + 1;
+  std::vector<WorldSnapshot> snapshots(instants, world.At(stamp));
+  ParallelFor(instants, 64, [&](std::size_t i) {
+    const std::int64_t middle = static_cast<std::int64_t>(i) * kInstant + kInstant / 2;
+    if (instants > 1) snapshots[i] = world.At(stamp + Duration::FromNanoseconds(middle));
+  });
+  const auto instant = [&](const LidarRay& ray) {
+    return instants > 1 ? static_cast<std::size_t>(offsets[ray.firing] / kInstant) : 0;
+  };
   TracedSweep result{.returns = std::vector<LidarReturn>(pattern_.rays.size())};
   LidarSweep& sweep = result.sweep;
   sweep.stamp = stamp;
@@ -70,8 +79,8 @@ TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, 
   const RandomStream random = random_.Fork(index);
   ParallelFor(pattern_.rays.size(), 1024, [&](std::size_t i) {
     const LidarRay& ray = pattern_.rays[i];
-    sweep.points[i] = Fire(ray, snapshots[moves ? ray.firing : 0], poses[ray.firing],
-                           random.Fork(i), result.returns[i]);
+    sweep.points[i] =
+        Fire(ray, snapshots[instant(ray)], poses[ray.firing], random.Fork(i), result.returns[i]);
   });
   return result;
 }

@@ -21,7 +21,7 @@ struct TracedSweep {
 };
 
 // Sweeps of a moving LiDAR: every ray starts from the pose of the body at its own firing instant,
-// and meets moving objects where they are then.
+// and meets moving objects where they are then, to 0.05 ms.
 class LidarSimulator {
  public:
   LidarSimulator(LidarPattern pattern, const Pose3& T_body_lidar, RandomStream random)

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/sim/places/operator.h"
 
 namespace mlvi {
 namespace {
@@ -24,6 +25,7 @@ SequenceOptions Checked(SequenceOptions options) {
         std::min(seconds, (options.trajectory->end() - options.trajectory->begin()).seconds());
   }
   if (!options.recorded_imu.samples.empty()) options.imu_errors = {};  // they have real ones
+  options.carried = options.carried && !options.trajectory && !options.own_world;
   if (HasErrors(EffectiveErrors(options.imu_errors, options.faults)))
     options.rig.estimator_rig.imu.noise = options.rig.true_rig.imu.noise;
   return options;
@@ -101,6 +103,7 @@ LidarSimulator MakeLidar(const SequenceOptions& options) {
 
 Recording::Recording(SequenceOptions options, RecordingForm form)
     : options_(Checked(std::move(options))),
+      clocks_(EffectiveClocks(options_.clocks, options_.faults)),
       form_(form),
       place_(MakePlace(options_)),
       end_(options_.begin + Duration::FromSeconds(options_.seconds)),
@@ -109,6 +112,11 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
       lidar_(MakeLidar(options_)),
       imu_(MakeImu(options_, motion_, end_)) {
   place_.world.StartClock(options_.begin);
+  if (options_.carried) {
+    place_.world.AddMover(MakeOperator(motion_, CarriedOrientation(options_.rig.true_rig),
+                                       {.height = kHandheldHeight},
+                                       RandomStream(options_.seed, "operator")));
+  }
   if (const auto off = options_.faults.lights_off) {
     place_.world.SetLampLevel([off](double seconds) { return off->Contains(seconds) ? 0.0 : 1.0; });
   }
@@ -139,10 +147,12 @@ Time Recording::SweepStamp(std::size_t index) const {
   return options_.begin + kSweepPeriod * static_cast<std::int64_t>(index);
 }
 
-Time Recording::Stamped(Time time, const std::string& sensor, Duration sensor_offset) const {
+Time Recording::Stamped(Time time, const std::string& sensor, Duration sensor_offset,
+                        std::size_t index) const {
   const auto& jump = options_.faults.time_jump;
   const double seconds = SecondsOf(time);
-  Time stamp = time + ClockFault(options_.faults, sensor, seconds);
+  const RandomStream random = RandomStream(options_.seed, "stamps of " + sensor).Fork(index);
+  Time stamp = time + StampError(clocks_, sensor, seconds, random);
   if (jump && seconds >= jump->start) stamp = stamp - Duration::FromSeconds(jump->back);
   return form_ == RecordingForm::kMessages ? stamp - sensor_offset : stamp;
 }
@@ -178,7 +188,7 @@ std::optional<Measurement> Recording::NextImu() {
   const SequenceFaults& faults = options_.faults;
   if (faults.imu_gap && faults.imu_gap->Contains(SecondsOf(time))) return std::nullopt;
   ImuSample sample = imu_.Sample(index);
-  sample.stamp = Stamped(time, "imu", options_.rig.true_rig.imu.time_offset);
+  sample.stamp = Stamped(time, "imu", options_.rig.true_rig.imu.time_offset, index);
   if (form_ == RecordingForm::kMessages && faults.imu_in_g)
     sample.linear_acceleration /= kStandardGravity;
   ++imu_counts_.messages;
@@ -200,7 +210,7 @@ std::optional<Measurement> Recording::NextSweep() {
   }
   const LidarSpec& spec = *options_.rig.estimator_rig.lidar;
   LidarSweep sweep = lidar_.Sweep(place_.world, motion_, time, index);
-  sweep.stamp = Stamped(time, "lidar", options_.rig.true_rig.lidar->time_offset);
+  sweep.stamp = Stamped(time, "lidar", options_.rig.true_rig.lidar->time_offset, index);
   SpoilPoints(sweep, index);
   if (form_ == RecordingForm::kMeasurements) KeepReturns(sweep, spec.min_range, spec.max_range);
   ++lidar_counts_.messages;
@@ -224,7 +234,7 @@ std::optional<Measurement> Recording::NextImage(std::size_t stream) {
   for (const LensPatch& patch : faults.lens_patches) {
     if (patch.camera == spec.name) SmearLens(patch, image.channels, image);
   }
-  image.stamp = Stamped(time, spec.name, spec.time_offset);
+  image.stamp = Stamped(time, spec.name, spec.time_offset, index);
   if (form_ == RecordingForm::kMeasurements) MakeGrey(image);
   ++image_counts_[stream].messages;
   ++image_counts_[stream].delivered;

@@ -66,11 +66,14 @@ class Recording : public MeasurementSource {
   Time TimeOf(double seconds) const { return options_.begin + Duration::FromSeconds(seconds); }
   double SecondsOf(Time time) const { return (time - options_.begin).seconds(); }
   Time SweepStamp(std::size_t index) const;
-  // The stamp that a message gets whose measurement belongs to the true instant `time`.
-  Time Stamped(Time time, const std::string& sensor, Duration sensor_offset) const;
+  // The stamp that the sensor's message `index` gets, whose measurement belongs to the true instant
+  // `time`.
+  Time Stamped(Time time, const std::string& sensor, Duration sensor_offset,
+               std::size_t index) const;
   void SpoilPoints(LidarSweep& sweep, std::size_t index) const;
 
   SequenceOptions options_;
+  Clocks clocks_;
   RecordingForm form_;
   Place place_;
   Time end_, reached_;

@@ -127,6 +127,23 @@ ImuErrors ErrorsOf(const SequenceInfo& info) {
   return hard && !info.ideal_lidar ? kHandheldImu : ImuErrors{};
 }
 
+// Stamps as the real rigs' drivers make them. Alphasense and LiDAR share a clock (PTP), and images
+// are stamped in the middle of their exposure; what is left between them and the IMU is 1.8 ms (RIGS
+// 1.2, 3.2), its filters' delay presumably, which rig files know of cameras but not of the LiDAR:
+// on the IMU's clock it is early. On M2DGR's robot a computer stamps what arrives (RIGS 2.4: nothing
+// is published): the IMU through a serial port (30 bytes and a poll), packets of 0.7 ms and images
+// through USB; amounts are assumed.
+Clocks ClocksOf(const Rig& rig) {
+  if (rig.name == "newer_college" || rig.name == "hilti_2022")
+    return {{"lidar", {.offset = -1.8e-3}}};
+  if (rig.name != "m2dgr") return {};
+  Clocks clocks = {{"imu", {.offset = 4e-3, .jitter = 2e-3}},
+                   {"lidar", {.offset = 1e-3, .jitter = 0.5e-3}}};
+  for (const CameraSpec& camera : rig.cameras)
+    clocks[camera.name] = {.offset = 5e-3, .jitter = 1e-3};
+  return clocks;
+}
+
 }  // namespace
 
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds,
@@ -138,7 +155,9 @@ SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, do
           .seconds = seconds,
           .seed = seed,
           .ideal_lidar = info != nullptr && info->ideal_lidar,
+          .carried = info != nullptr && info->make_profile().gait > 0.0 && !info->ideal_lidar,
           .imu_errors = info != nullptr ? ErrorsOf(*info) : ImuErrors{},
+          .clocks = info != nullptr && !info->ideal_lidar ? ClocksOf(rig) : Clocks{},
           .camera_physics = PhysicalCamera(rig)};
 }
 
@@ -323,6 +342,8 @@ Expected<void> CheckOptions(const SequenceOptions& options) {
   }
   if (const auto ok = CheckMotion(options); !ok) return ok;
   if (const auto ok = CheckFaults(options.faults, rig); !ok) return ok;
+  if (const auto ok = CheckClocks(EffectiveClocks(options.clocks, options.faults), rig); !ok)
+    return ok;
   if (const auto ok = CheckImuErrors(EffectiveErrors(options.imu_errors, options.faults)); !ok)
     return ok;
   return CheckCameras(options);

@@ -78,7 +78,12 @@ struct SequenceOptions {
   // A LiDAR of a straight line, the first surface, white noise (IdealPhysics).
   bool ideal_lidar = false;
   bool plane_surfaces = false;  // LidarPhysics
-  ImuErrors imu_errors = {};    // as far as `faults` say nothing else
+  // A person behind the rig carries it on the sequence's walk (places/operator.h); not along
+  // recorded motion or through an own world.
+  bool carried = false;
+  // As far as `faults` say nothing else:
+  ImuErrors imu_errors = {};
+  Clocks clocks = {};
   SequenceFaults faults = {};
   // Names of the rig's cameras that take images; without any, nothing is drawn for them.
   std::vector<std::string> cameras = {};

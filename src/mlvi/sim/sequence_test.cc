@@ -76,7 +76,9 @@ double Clearance(const WorldSnapshot& world, const Eigen::Vector3d& point, doubl
 class Sequences : public ::testing::TestWithParam<SequenceInfo> {};
 
 TEST_P(Sequences, KeepAwayFromEverythingThatStandsOrMoves) {
-  const Recording recording(StandardSequence(GetParam().name, RigOf(GetParam())));
+  SequenceOptions options = StandardSequence(GetParam().name, RigOf(GetParam()));
+  options.carried = false;  // who carries the rig is as near as can be
+  const Recording recording(options);
   double smallest = 5.0, when = 0.0;
   for (double t = 0.0; t < GetParam().seconds; t += 0.1) {
     const Time time = recording.begin() + Duration::FromSeconds(t);
@@ -131,7 +133,9 @@ TEST_P(FirstSweeps, AreThoseOfTheirPlace) {
   const Expectation& expected = GetParam();
   const SequenceInfo* info = FindSequence(expected.sequence);
   ASSERT_NE(info, nullptr);
-  const Recording recording(StandardSequence(info->name, RigOf(*info)));
+  SequenceOptions options = StandardSequence(info->name, RigOf(*info));
+  options.carried = false;
+  const Recording recording(options);
   const LidarSweep sweep =
       recording.lidar().Sweep(recording.world(), recording.motion(), recording.begin(), 0);
   std::vector<double> ranges;
@@ -149,6 +153,42 @@ TEST_P(FirstSweeps, AreThoseOfTheirPlace) {
                expected.returns);
   ExpectWithin("median", quantile(0.5), expected.median);
   ExpectWithin("p90", quantile(0.9), expected.p90);
+}
+
+// The person who carries a handheld rig hides a part of the way round, all of it behind the rig,
+// and is as near as arms and trunk are, at rest and in motion; robots have nobody.
+TEST(Operators, StandBehindTheRig) {
+  for (const std::string name : {"quad-hard", "basement-2", "room-01", "courtyard-easy"}) {
+    const SequenceInfo& info = *FindSequence(name);
+    const bool handheld = name == "quad-hard" || name == "basement-2";
+    const Recording recording(StandardSequence(name, RigOf(info), 20.0));
+    ASSERT_EQ(recording.options().carried, handheld) << name;
+    if (!handheld) continue;
+    const Pose3 T_body_lidar = recording.options().rig.true_rig.lidar->T_body_lidar;
+    const Eigen::Quaterniond carried = CarriedOrientation(recording.options().rig.true_rig);
+    const int person = static_cast<int>(recording.world().movers().size()) - 1;
+    for (const double t : {0.0, 5.0, 12.0}) {
+      const Time time = recording.begin() + Duration::FromSeconds(t);
+      const Pose3 T_world_carrier =
+          recording.motion().PoseAt(time) * Pose3(carried.conjugate(), Eigen::Vector3d::Zero());
+      const Eigen::Vector3d lidar = recording.motion().PoseAt(time) * T_body_lidar.translation();
+      const WorldSnapshot world = recording.world().At(time);
+      double hidden = 0.0, ahead = 0.0;
+      for (int degree = 0; degree < 360; ++degree) {
+        const double angle = degree * kDegree;
+        const Eigen::Vector3d ray =
+            T_world_carrier.rotation() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+        const auto hit = world.Cast(lidar, ray, 100.0);
+        if (!hit || hit->object != person) continue;
+        ExpectWithin("range", hit->range, {0.1, 0.9});
+        hidden += 1.0;
+        ahead += std::cos(angle) > 0.3 ? 1.0 : 0.0;
+      }
+      // A trunk with its shoulders, 0.4 to 0.5 m wide, 0.42 m away; shaken when waved about.
+      ExpectWithin("hidden", hidden, {30.0, 90.0});
+      EXPECT_EQ(ahead, 0.0) << name << " after " << t << " s";
+    }
+  }
 }
 
 std::string Identifier(std::string name) {

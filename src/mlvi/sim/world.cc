@@ -41,6 +41,7 @@ struct World::Scene {
   Time begin = Time::FromNanoseconds(0);
 
   Scene(TriangleMesh the_mesh, Lighting the_lighting, std::vector<MovingObject> the_movers);
+  std::vector<Part> MakeParts(const MovingObject& mover) const;
   Part MakePart(const TriangleMesh& part) const;
 };
 
@@ -84,12 +85,15 @@ World::Scene::Scene(TriangleMesh the_mesh, Lighting the_lighting,
       lighting(std::move(the_lighting)),
       movers(std::move(the_movers)),
       tracer(device, mesh) {
-  for (const MovingObject& mover : movers) {
-    MLVI_CHECK(!mover.parts.empty() && mover.poses, "moving object '{}' has no parts or no poses",
-               mover.name);
-    auto& its_parts = parts.emplace_back();
-    for (const TriangleMesh& part : mover.parts) its_parts.push_back(MakePart(part));
-  }
+  for (const MovingObject& mover : movers) parts.push_back(MakeParts(mover));
+}
+
+std::vector<World::Scene::Part> World::Scene::MakeParts(const MovingObject& mover) const {
+  MLVI_CHECK(!mover.parts.empty() && mover.poses, "moving object '{}' has no parts or no poses",
+             mover.name);
+  std::vector<Part> its_parts;
+  for (const TriangleMesh& part : mover.parts) its_parts.push_back(MakePart(part));
+  return its_parts;
 }
 
 World::Scene::Part World::Scene::MakePart(const TriangleMesh& part) const {
@@ -126,6 +130,10 @@ const Material& World::MaterialOf(const PacketHit& hit) const {
 }
 
 void World::StartClock(Time begin) { scene_->begin = begin; }
+void World::AddMover(MovingObject mover) {
+  scene_->parts.push_back(scene_->MakeParts(mover));
+  scene_->movers.push_back(std::move(mover));
+}
 void World::SetLampLevel(std::function<double(double seconds)> level) {
   scene_->lighting.lamp_level = std::move(level);
 }
@@ -327,6 +335,15 @@ void WorldSnapshot::VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& s
     const Sphere bound = BoundOf(object, rays, snapshots);
     if (!cone.MayMeet(bound.centre.cast<float>(), static_cast<float>(bound.radius))) continue;
     const auto& parts = first.world_->scene_->parts[object];
+    const auto may_meet = [&](std::size_t part) {
+      const Eigen::Vector3d &p = first.centres_[first.firsts_[object] + part],
+                            &q = last.centres_[last.firsts_[object] + part];
+      return cone.MayMeet(0.5 * (p + q), 0.5 * (q - p).norm() + parts[part].radius + 0.05);
+    };
+    std::uint64_t near = 0;  // bit k: part k (those from the 64th on are always tried)
+    for (std::size_t k = 0; k < std::min<std::size_t>(parts.size(), 64); ++k)
+      near |= std::uint64_t{may_meet(k)} << k;
+    if (near == 0 && parts.size() <= 64) continue;
     for (int ray = 0; ray < rays.kSize; ++ray) {
       if (!rays.IsActive(ray)) continue;
       const WorldSnapshot& snapshot = *snapshots[static_cast<std::size_t>(ray)];
@@ -334,6 +351,7 @@ void WorldSnapshot::VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& s
                             direction = rays.Direction(ray).template cast<double>();
       const double limit = rays.limit[static_cast<std::size_t>(ray)];
       for (std::size_t k = 0; k < parts.size(); ++k) {
+        if (k < 64 && (near >> k & 1U) == 0) continue;
         const std::size_t index = snapshot.firsts_[object] + k;
         if (!mlvi::MayMeet(origin, direction, limit, snapshot.centres_[index], parts[k].radius))
           continue;

@@ -110,6 +110,8 @@ class World {
   // The instant that moving objects and lamps count their seconds from; the epoch of the clock
   // unless set.
   void StartClock(Time begin);
+  // One more. Not to be called while others use the world.
+  void AddMover(MovingObject mover);
   // Of what a ray of a packet met.
   const Material& MaterialOf(const PacketHit& hit) const;
   double SecondsOf(Time time) const;
