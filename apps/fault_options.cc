@@ -164,6 +164,15 @@ Expected<SequenceFaults> FaultsOf(const FaultArguments& a) {
   return faults;
 }
 
+Json ToJson(const Clocks& clocks) {
+  Json json = Json::object();
+  for (const auto& [sensor, clock] : clocks) {
+    json[sensor] = {
+        {"offset_s", clock.offset}, {"drift_ppm", clock.drift_ppm}, {"jitter_s", clock.jitter}};
+  }
+  return json;
+}
+
 Json ToJson(const SequenceFaults& faults) {
   Json json = {{"lidar_gap", ToJson(faults.lidar_gap)},
                {"imu_gap", ToJson(faults.imu_gap)},
@@ -177,6 +186,7 @@ Json ToJson(const SequenceFaults& faults) {
                {"exposure_jump", nullptr},
                {"lights_off", ToJson(faults.lights_off)},
                {"time_jump", nullptr},
+               {"clocks", ToJson(faults.clocks)},
                {"extrinsics_error", nullptr},
                {"imu_in_g", faults.imu_in_g}};
   if (const auto& limits = faults.imu_saturation) {

@@ -26,6 +26,7 @@ struct FaultArguments {
 void AddFaultOptions(CLI::App& command, FaultArguments& arguments);
 // Errors (kConfiguration) name the option and what it takes.
 Expected<SequenceFaults> FaultsOf(const FaultArguments& arguments);
+nlohmann::ordered_json ToJson(const Clocks& clocks);
 nlohmann::ordered_json ToJson(const SequenceFaults& faults);
 
 }  // namespace mlvi

@@ -270,15 +270,6 @@ Json NoiseJson(const Recording& recording) {
             {"walk_error_m_per_decade", lidar.walk_error}}}};
 }
 
-Json ClocksJson(const Clocks& clocks) {
-  Json json = Json::object();
-  for (const auto& [sensor, clock] : clocks) {
-    json[sensor] = {
-        {"offset_s", clock.offset}, {"drift_ppm", clock.drift_ppm}, {"jitter_s", clock.jitter}};
-  }
-  return json;
-}
-
 Json MotionJson(const Recording& recording) {
   const MotionStatistics motion =
       MeasureMotion(recording.motion(), recording.begin(), recording.end());
@@ -333,7 +324,7 @@ Json Description(const Recording& recording, const SimulateOptions& options, boo
           {"messages", messages},
           {"cameras", CamerasJson(recording)},
           {"faults", ToJson(sequence.faults)},
-          {"clocks", ClocksJson(EffectiveClocks(sequence.clocks, sequence.faults))},
+          {"clocks", ToJson(EffectiveClocks(sequence.clocks, sequence.faults))},
           {"noise", NoiseJson(recording)},
           {"bias_at_begin", ToJson(recording.GroundTruth(recording.begin()).bias)},
           {"bias_at_end", ToJson(recording.GroundTruth(recording.end()).bias)},

@@ -54,8 +54,8 @@ struct LidarPhysics {
 // Systematic error of a range, m: incidence and walk as above. `cosine` of the angle of incidence.
 double RangeBias(const LidarPhysics& physics, double range, double cosine, double reflectivity);
 
-// The same sensor without beam width, mirrors, relief of surfaces, systematic errors of range: white
-// noise is all that is wrong with it.
+// The same sensor without beam width, mirrors, relief of surfaces, systematic errors of range:
+// white noise is all that is wrong with it.
 LidarPhysics IdealPhysics(LidarPhysics physics);
 
 // One sweep of a LiDAR: all rays in the order of its messages.

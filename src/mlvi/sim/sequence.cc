@@ -127,12 +127,12 @@ ImuErrors ErrorsOf(const SequenceInfo& info) {
   return hard && !info.ideal_lidar ? kHandheldImu : ImuErrors{};
 }
 
-// Stamps as the real rigs' drivers make them. Alphasense and LiDAR share a clock (PTP), and images
-// are stamped in the middle of their exposure; what is left between them and the IMU is 1.8 ms (RIGS
-// 1.2, 3.2), its filters' delay presumably, which rig files know of cameras but not of the LiDAR:
-// on the IMU's clock it is early. On M2DGR's robot a computer stamps what arrives (RIGS 2.4: nothing
-// is published): the IMU through a serial port (30 bytes and a poll), packets of 0.7 ms and images
-// through USB; amounts are assumed.
+// Stamps as the real rigs' drivers make them. Alphasense and LiDAR share a clock (PTP), images are
+// stamped in the middle of their exposure; what is left between them and the IMU is 1.8 ms (RIGS
+// 1.2, 3.2), presumably its filters' delay, which rig files know of cameras but not of the LiDAR:
+// on the IMU's clock that is early. On M2DGR's robot a computer stamps what arrives (nothing is
+// published, RIGS 2.4): the IMU through a serial port (30 bytes and a poll), packets of 0.7 ms,
+// images through USB; amounts are assumed.
 Clocks ClocksOf(const Rig& rig) {
   if (rig.name == "newer_college" || rig.name == "hilti_2022")
     return {{"lidar", {.offset = -1.8e-3}}};

@@ -32,7 +32,8 @@ TEST(SurfaceRelief, IsAsHighAsItsMaterialSays) {
       const double height = surface.HeightAt(relief, point);
       sum += height, squares += height * height, largest = std::max(largest, std::abs(height));
     }
-    // A wall of 16 x 16 m has some 1000 coarse bumps, so the mean errs by 3 % of the rms and the rms by 2 %.
+    // A wall of 16 x 16 m has some 1000 coarse bumps, so the mean errs by 3 % of the rms and the
+    // rms by 2 %.
     EXPECT_NEAR(sum / kPoints, 0.0, 0.1 * rms) << axis;
     EXPECT_NEAR(std::sqrt(squares / kPoints), rms, 0.08 * rms) << axis;
     EXPECT_LT(largest, relief.bound());
