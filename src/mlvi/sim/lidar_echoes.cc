@@ -165,10 +165,11 @@ std::array<Eigen::Vector3d, kBeamRays> BeamDirections(const Eigen::Vector3d& dir
           (direction - u).normalized(), (direction - v).normalized()};
 }
 
-std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const Eigen::Vector3d& origin,
+std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const WorldSnapshot& ahead,
+                                        const Eigen::Vector3d& origin,
                                         const Eigen::Vector3d& direction,
                                         const LidarPhysics& physics) {
-  if (physics.first_surface) return FirstSurface(world, origin, direction, physics.max_range);
+  if (physics.first_surface) return FirstSurface(ahead, origin, direction, physics.max_range);
   const bool line = physics.beam_divergence <= 0.0;
   const auto directions = BeamDirections(direction, physics.beam_divergence);
   const int rays = line ? 1 : static_cast<int>(kBeamRays);
@@ -178,7 +179,7 @@ std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const Eigen:
              static_cast<float>(physics.max_range));
   }
   WorldSnapshot::PerRay snapshots;
-  snapshots.fill(&world);
+  snapshots.fill(&ahead);
   const PacketHits hits = WorldSnapshot::Cast(beam, snapshots);
   const BeamMeets meets = WhatMeets(world.world(), beam, hits, rays);
   if (meets == BeamMeets::kNothing) return std::nullopt;

@@ -75,8 +75,11 @@ std::array<Eigen::Vector3d, kBeamRays> BeamDirections(const Eigen::Vector3d& dir
                                                       double divergence);
 
 // What the receiver makes a range of, up to physics.max_range, before errors of range. Where the
-// whole beam meets one diffuse plane, that is the echo of its middle.
-std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const Eigen::Vector3d& origin,
+// whole beam meets one diffuse plane, that is the echo of its middle. `ahead`: what the beam itself
+// may meet of `world`: all of it, or World::StaticSnapshot() where nothing that moves is on its way
+// (but may be on the way of what panes mirror).
+std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const WorldSnapshot& ahead,
+                                        const Eigen::Vector3d& origin,
                                         const Eigen::Vector3d& direction,
                                         const LidarPhysics& physics);
 

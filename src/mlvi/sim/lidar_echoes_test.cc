@@ -99,7 +99,8 @@ TEST(LidarEchoes, GhostsAppearBehindPanes) {
   const auto points = Fire(world, Fan(2, 1e-6, physics));
   EXPECT_NEAR(points[0].position.x(), 5.0, 1e-3);
   EXPECT_NEAR(points[0].position.y(), 0.0, 1e-3);
-  const auto truth = ReceivePulse(world.StaticSnapshot(), {0, 0, 0}, {1, 0, 0}, physics);
+  const auto truth =
+      ReceivePulse(world.StaticSnapshot(), world.StaticSnapshot(), {0, 0, 0}, {1, 0, 0}, physics);
   ASSERT_TRUE(truth.has_value());
   EXPECT_EQ(truth->path, EchoPath::kMirrored);
 }

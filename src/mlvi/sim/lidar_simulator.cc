@@ -10,8 +10,8 @@
 namespace mlvi {
 namespace {
 
-// Moving objects stand still for so long, ns: 0.1 mm of a quick walk.
-constexpr std::int32_t kInstant = 100'000;
+// Moving objects stand still for so long, ns: 0.3 mm of a quick walk.
+constexpr std::int32_t kInstant = 200'000;
 
 // A unit vector near `direction`: normal angles of `sigma` rad about two axes across it.
 Eigen::Vector3d Disturbed(const Eigen::Vector3d& direction, double sigma, RandomStream& random) {
@@ -29,16 +29,20 @@ double DetectionProbability(const LidarPhysics& physics, double reflectivity, do
 
 }  // namespace
 
-LidarPoint LidarSimulator::Fire(const LidarRay& ray, const WorldSnapshot& world,
-                                const Pose3& T_world_lidar, RandomStream random,
-                                LidarReturn& truth) const {
+LidarPoint LidarSimulator::Fire(const LidarRay& ray, const Scenery& scenery,
+                                const WorldSnapshot& still, const Pose3& T_world_lidar,
+                                RandomStream random, LidarReturn& truth) const {
   const LidarPhysics& physics = pattern_.physics;
   LidarPoint point{.offset_ns = pattern_.firing_offsets_ns[ray.firing], .ring = ray.ring};
   const Eigen::Vector3d origin = ray.origin.cast<double>(), nominal = ray.direction.cast<double>();
   const Eigen::Vector3d direction =
       T_world_lidar.rotation() * Disturbed(nominal, physics.beam_noise, random);
   const double range_error = physics.range_noise * random.Normal(), chance = random.Uniform();
-  const auto echo = ReceivePulse(world, T_world_lidar * origin, direction, physics);
+  const bool clear = std::ranges::none_of(scenery.moving, [&](const WorldSnapshot::Cone& cone) {
+    return cone.axis.dot(direction) >= cone.cosine;
+  });
+  const auto echo = ReceivePulse(scenery.world, clear ? still : scenery.world,
+                                 T_world_lidar * origin, direction, physics);
   if (!echo) return point;
   truth = *echo;
   const double range = echo->range + ray.origin_offset;
@@ -53,6 +57,26 @@ LidarPoint LidarSimulator::Fire(const LidarRay& ray, const WorldSnapshot& world,
   return point;
 }
 
+std::vector<LidarSimulator::Scenery> LidarSimulator::SceneryOf(const World& world,
+                                                               const PoseSpline& motion,
+                                                               Time stamp) const {
+  if (world.movers().empty()) return {{.world = world.StaticSnapshot(), .moving = {}}};
+  double reach = 0.001;  // m, the way of the sensor within an instant
+  for (const LidarRay& ray : pattern_.rays)
+    reach = std::max(reach, 0.001 + static_cast<double>(ray.origin.norm()));
+  const auto instants = static_cast<std::size_t>(pattern_.firing_offsets_ns.back() / kInstant) + 1;
+  std::vector<Scenery> result(instants, {.world = world.StaticSnapshot(), .moving = {}});
+  ParallelFor(instants, 64, [&](std::size_t i) {
+    const std::int64_t middle = static_cast<std::int64_t>(i) * kInstant + kInstant / 2;
+    const std::int64_t offset = std::min<std::int64_t>(middle, pattern_.firing_offsets_ns.back());
+    const Time time = stamp + Duration::FromNanoseconds(offset);
+    result[i].world = world.At(time);
+    const Eigen::Vector3d lidar = motion.PoseAt(time) * T_body_lidar_.translation();
+    result[i].moving = result[i].world.MovingParts(lidar, reach);
+  });
+  return result;
+}
+
 TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, Time stamp,
                                   std::uint64_t index) const {
   const auto& offsets = pattern_.firing_offsets_ns;
@@ -60,15 +84,10 @@ TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, 
   ParallelFor(offsets.size(), 512, [&](std::size_t i) {
     poses[i] = motion.PoseAt(stamp + Duration::FromNanoseconds(offsets[i])) * T_body_lidar_;
   });
-  const std::size_t instants =
-      world.movers().empty() ? 1 : static_cast<std::size_t>(offsets.back() / kInstant) + 1;
-  std::vector<WorldSnapshot> snapshots(instants, world.At(stamp));
-  ParallelFor(instants, 64, [&](std::size_t i) {
-    const std::int64_t middle = static_cast<std::int64_t>(i) * kInstant + kInstant / 2;
-    if (instants > 1) snapshots[i] = world.At(stamp + Duration::FromNanoseconds(middle));
-  });
+  const WorldSnapshot still = world.StaticSnapshot();
+  const std::vector<Scenery> scenery = SceneryOf(world, motion, stamp);
   const auto instant = [&](const LidarRay& ray) {
-    return instants > 1 ? static_cast<std::size_t>(offsets[ray.firing] / kInstant) : 0;
+    return scenery.size() > 1 ? static_cast<std::size_t>(offsets[ray.firing] / kInstant) : 0;
   };
   TracedSweep result{.returns = std::vector<LidarReturn>(pattern_.rays.size())};
   LidarSweep& sweep = result.sweep;
@@ -79,8 +98,8 @@ TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, 
   const RandomStream random = random_.Fork(index);
   ParallelFor(pattern_.rays.size(), 1024, [&](std::size_t i) {
     const LidarRay& ray = pattern_.rays[i];
-    sweep.points[i] =
-        Fire(ray, snapshots[instant(ray)], poses[ray.firing], random.Fork(i), result.returns[i]);
+    sweep.points[i] = Fire(ray, scenery[instant(ray)], still, poses[ray.firing], random.Fork(i),
+                           result.returns[i]);
   });
   return result;
 }

@@ -21,7 +21,7 @@ struct TracedSweep {
 };
 
 // Sweeps of a moving LiDAR: every ray starts from the pose of the body at its own firing instant,
-// and meets moving objects where they are then, to 0.05 ms.
+// and meets moving objects where they are then, to 0.1 ms.
 class LidarSimulator {
  public:
   LidarSimulator(LidarPattern pattern, const Pose3& T_body_lidar, RandomStream random)
@@ -40,9 +40,15 @@ class LidarSimulator {
                     std::uint64_t index) const;
 
  private:
-  // Writes the truth to `truth`.
-  LidarPoint Fire(const LidarRay& ray, const WorldSnapshot& world, const Pose3& T_world_lidar,
-                  RandomStream random, LidarReturn& truth) const;
+  // The world at one instant of a sweep.
+  struct Scenery {
+    WorldSnapshot world;
+    std::vector<WorldSnapshot::Cone> moving;
+  };
+  std::vector<Scenery> SceneryOf(const World& world, const PoseSpline& motion, Time stamp) const;
+  // Writes the truth to `truth`. `still`: the world without what moves.
+  LidarPoint Fire(const LidarRay& ray, const Scenery& scenery, const WorldSnapshot& still,
+                  const Pose3& T_world_lidar, RandomStream random, LidarReturn& truth) const;
 
   LidarPattern pattern_;
   Pose3 T_body_lidar_;

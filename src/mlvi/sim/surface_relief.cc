@@ -12,18 +12,18 @@
 namespace mlvi {
 namespace {
 
-constexpr int kSide = 32;         // lattice points per period and axis, a power of two
+constexpr int kSide = 16;         // lattice points per period and axis: 16 kB
 constexpr double kLargest = 2.5;  // of lattice values before they are scaled by 1.03 at most
 constexpr double kGrazing = 0.2;  // least cosine
-constexpr double kExact = 1e-4;   // m
+constexpr double kExact = 2e-4;   // m
 constexpr int kMostSteps = 8;
 
 // The rms of lattice values of rms 1 joined by smoothsteps s along three axes: the mean of s^2 +
 // (1 - s)^2 is 26/35 along each.
-constexpr double kJoinedRms = 0.640262;  // (26/35)^(3/2)
+constexpr float kJoinedRms = 0.640262F;  // (26/35)^(3/2)
 
-std::size_t IndexOf(std::int64_t x, std::int64_t y, std::int64_t z) {
-  constexpr std::int64_t kMask = kSide - 1;
+std::size_t IndexOf(int x, int y, int z) {
+  constexpr int kMask = kSide - 1;
   return static_cast<std::size_t>(((z & kMask) * kSide + (y & kMask)) * kSide + (x & kMask));
 }
 
@@ -49,24 +49,25 @@ SurfaceRelief::SurfaceRelief() : lattice_(kSide * kSide * kSide) {
 }
 
 double SurfaceRelief::Noise(const Eigen::Vector3d& at) const {
-  std::array<std::int64_t, 3> cell{};
-  std::array<double, 3> s{};
+  std::array<int, 3> cell{};
+  std::array<float, 3> s{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double value = at[static_cast<Eigen::Index>(axis)], floor = std::floor(value);
-    const double t = value - floor;
-    cell[axis] = static_cast<std::int64_t>(floor);
-    s[axis] = t * t * (3.0 - 2.0 * t);
+    const double value = at[static_cast<Eigen::Index>(axis)];
+    const int truncated = static_cast<int>(value);
+    cell[axis] = truncated - (value < truncated ? 1 : 0);  // floor
+    const auto t = static_cast<float>(value - cell[axis]);
+    s[axis] = t * t * (3.0F - 2.0F * t);
   }
   const auto [x, y, z] = cell;
-  const auto along_x = [&](std::int64_t j, std::int64_t k) {
-    const double a = lattice_[IndexOf(x, j, k)], b = lattice_[IndexOf(x + 1, j, k)];
+  const auto along_x = [&](int j, int k) {
+    const float a = lattice_[IndexOf(x, j, k)], b = lattice_[IndexOf(x + 1, j, k)];
     return a + s[0] * (b - a);
   };
-  const auto along_y = [&](std::int64_t k) {
-    const double a = along_x(y, k), b = along_x(y + 1, k);
+  const auto along_y = [&](int k) {
+    const float a = along_x(y, k), b = along_x(y + 1, k);
     return a + s[1] * (b - a);
   };
-  const double a = along_y(z), b = along_y(z + 1);
+  const float a = along_y(z), b = along_y(z + 1);
   return (a + s[2] * (b - a)) / kJoinedRms;
 }
 
@@ -81,26 +82,19 @@ double SurfaceRelief::HeightAt(const Relief& relief, const Eigen::Vector3d& poin
 }
 
 // The root of f(s) = s cosine - h(point - s direction), which goes from negative to positive within
-// the bound of heights: secants, kept within the bracket that they narrow (Illinois).
+// the bound of heights. On all but the roughest surfaces f grows nearly as s cosine, so that the
+// second step meets it; where a step leaves the bracket, that is halved.
 double SurfaceRelief::ShortensBy(const Relief& relief, const Eigen::Vector3d& point,
                                  const Eigen::Vector3d& direction, double cosine) const {
   if (relief.plane()) return 0.0;
-  const double c = std::max(cosine, kGrazing), reach = relief.bound();
-  const auto excess = [&](double s) { return s * c - HeightAt(relief, point - s * direction); };
-  double low = -reach / c, high = reach / c, at_low = -reach, at_high = reach, s = 0.0;
-  int side = 0;  // of the end that moved last
+  const double c = std::max(cosine, kGrazing);
+  double low = -relief.bound() / c, high = -low, s = 0.0;
   for (int step = 0; step < kMostSteps; ++step) {
-    const double f = excess(s);
+    const double f = s * c - HeightAt(relief, point - s * direction);
     if (std::abs(f) < kExact) break;
-    if (f < 0.0) {
-      low = s, at_low = f;
-      if (side < 0) at_high *= 0.5;
-    } else {
-      high = s, at_high = f;
-      if (side > 0) at_low *= 0.5;
-    }
-    side = f < 0.0 ? -1 : 1;
-    s = low - at_low * (high - low) / (at_high - at_low);
+    (f < 0.0 ? low : high) = s;
+    s -= f / c;
+    if (s <= low || s >= high) s = 0.5 * (low + high);
   }
   return s;
 }

@@ -24,7 +24,7 @@ struct Relief {
 
 // Heights as a function of the place in space, so that a bump stands where it stands, seen from
 // anywhere and at any time: it does not average out. Value noise of normal lattice values (joined
-// by smoothsteps; repeats every 32 bumps) on axes aslant to those of buildings.
+// by smoothsteps; repeats every 16 bumps) on axes aslant to those of buildings.
 class SurfaceRelief {
  public:
   SurfaceRelief();

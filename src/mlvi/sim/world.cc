@@ -190,6 +190,22 @@ const Pose3& WorldSnapshot::PoseOf(int object, int part) const {
   return poses_.at(firsts_.at(static_cast<std::size_t>(object)) + static_cast<std::size_t>(part));
 }
 
+std::vector<WorldSnapshot::Cone> WorldSnapshot::MovingParts(const Eigen::Vector3d& point,
+                                                            double slack) const {
+  std::vector<Cone> cones;
+  for (std::size_t object = 0; object < firsts_.size(); ++object) {
+    const auto& parts = world_->scene_->parts[object];
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Eigen::Vector3d to_centre = centres_[firsts_[object] + k] - point;
+      const double distance = to_centre.norm(), radius = parts[k].radius + slack + 0.01 * distance;
+      if (distance <= radius) return {Cone{}};
+      const double sine = radius / distance;
+      cones.push_back({to_centre / distance, std::sqrt(1.0 - sine * sine)});
+    }
+  }
+  return cones;
+}
+
 namespace {
 
 // Whether the ray may meet the sphere before `max_range`.

@@ -145,6 +145,14 @@ class WorldSnapshot {
   // T_world_part of a part of a moving object.
   const Pose3& PoseOf(int object, int part) const;
 
+  // Cones of directions that hold all moving parts as seen from within `slack` m of `point`, with
+  // room for beams of 0.01 rad to each side: what misses them all meets nothing that moves.
+  struct Cone {
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
+    double cosine = -1.0;  // of half its opening; -1: all directions
+  };
+  std::vector<Cone> MovingParts(const Eigen::Vector3d& point, double slack) const;
+
   // The first surface, static or moving.
   std::optional<SurfaceHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                  double max_range) const;
