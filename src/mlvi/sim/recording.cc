@@ -274,11 +274,11 @@ std::map<std::string, StreamCounts> Recording::Counts() const {
 }
 
 NavState Recording::GroundTruth(Time time) const {
-  const MotionSample sample = motion_.At(time);
+  const MotionSample sample = motion_.At(std::clamp(time, begin(), end_));
   return {.stamp = time,
           .T_world_body = sample.T_world_body,
           .v_world_body = sample.velocity,
-          .bias = imu_.BiasAt(time)};
+          .bias = imu_.BiasAt(std::clamp(time, begin(), end_))};
 }
 
 double Recording::Clearance() const {

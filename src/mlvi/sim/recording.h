@@ -39,7 +39,8 @@ class Recording : public MeasurementSource {
   // Whether the message of the measurement handed out last is to be cut off (kMessages).
   bool IsCorrupted(const Measurement& measurement) const;
 
-  // The truth at a true instant in [begin(), end()], in the frame of the world's mesh (z up; not
+  // The truth at a true instant in [begin(), end()] (that of the nearer end outside: stamps of late
+  // clocks lie behind it), in the frame of the world's mesh (z up; not
   // the first body pose).
   NavState GroundTruth(Time time) const;
   Time begin() const { return options_.begin; }

@@ -82,19 +82,27 @@ double SurfaceRelief::HeightAt(const Relief& relief, const Eigen::Vector3d& poin
 }
 
 // The root of f(s) = s cosine - h(point - s direction), which goes from negative to positive within
-// the bound of heights. On all but the roughest surfaces f grows nearly as s cosine, so that the
-// second step meets it; where a step leaves the bracket, that is halved.
+// the bound of heights. Nearly everywhere f grows as s cosine, so that the second step meets it; the
+// others are secants within the bracket that they narrow (Illinois).
 double SurfaceRelief::ShortensBy(const Relief& relief, const Eigen::Vector3d& point,
                                  const Eigen::Vector3d& direction, double cosine) const {
   if (relief.plane()) return 0.0;
-  const double c = std::max(cosine, kGrazing);
-  double low = -relief.bound() / c, high = -low, s = 0.0;
+  const double c = std::max(cosine, kGrazing), reach = relief.bound();
+  double low = -reach / c, high = reach / c, at_low = -reach, at_high = reach, s = 0.0;
+  int side = 0;  // of the end that moved last
   for (int step = 0; step < kMostSteps; ++step) {
     const double f = s * c - HeightAt(relief, point - s * direction);
     if (std::abs(f) < kExact) break;
-    (f < 0.0 ? low : high) = s;
-    s -= f / c;
-    if (s <= low || s >= high) s = 0.5 * (low + high);
+    if (f < 0.0) {
+      low = s, at_low = f;
+      if (side < 0) at_high *= 0.5;
+    } else {
+      high = s, at_high = f;
+      if (side > 0) at_low *= 0.5;
+    }
+    side = f < 0.0 ? -1 : 1;
+    const double secant = low - at_low * (high - low) / (at_high - at_low), straight = s - f / c;
+    s = step == 0 && straight > low && straight < high ? straight : secant;
   }
   return s;
 }

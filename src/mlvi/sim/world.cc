@@ -351,15 +351,6 @@ void WorldSnapshot::VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& s
     const Sphere bound = BoundOf(object, rays, snapshots);
     if (!cone.MayMeet(bound.centre.cast<float>(), static_cast<float>(bound.radius))) continue;
     const auto& parts = first.world_->scene_->parts[object];
-    const auto may_meet = [&](std::size_t part) {
-      const Eigen::Vector3d &p = first.centres_[first.firsts_[object] + part],
-                            &q = last.centres_[last.firsts_[object] + part];
-      return cone.MayMeet(0.5 * (p + q), 0.5 * (q - p).norm() + parts[part].radius + 0.05);
-    };
-    std::uint64_t near = 0;  // bit k: part k (those from the 64th on are always tried)
-    for (std::size_t k = 0; k < std::min<std::size_t>(parts.size(), 64); ++k)
-      near |= std::uint64_t{may_meet(k)} << k;
-    if (near == 0 && parts.size() <= 64) continue;
     for (int ray = 0; ray < rays.kSize; ++ray) {
       if (!rays.IsActive(ray)) continue;
       const WorldSnapshot& snapshot = *snapshots[static_cast<std::size_t>(ray)];
@@ -367,7 +358,6 @@ void WorldSnapshot::VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& s
                             direction = rays.Direction(ray).template cast<double>();
       const double limit = rays.limit[static_cast<std::size_t>(ray)];
       for (std::size_t k = 0; k < parts.size(); ++k) {
-        if (k < 64 && (near >> k & 1U) == 0) continue;
         const std::size_t index = snapshot.firsts_[object] + k;
         if (!mlvi::MayMeet(origin, direction, limit, snapshot.centres_[index], parts[k].radius))
           continue;
