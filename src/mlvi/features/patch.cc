@@ -157,6 +157,7 @@ std::optional<PatchMatch> Patch::Align(const ImagePyramid& image, const Eigen::M
     if ((center - start).norm() > most) return std::nullopt;
     match.converged = step.norm() < static_cast<float>(config.step_px);
   }
+  match.sigma = position_sigma_ * std::sqrt(std::max(0.0, 2.0 * (1.0 - match.correlation)));
   match.pixel = center.cast<double>();
   match.warp = warp.cast<double>();
   return match;

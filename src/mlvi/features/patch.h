@@ -25,6 +25,9 @@ struct PatchMatch {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // where the middle of the patch lies
   Eigen::Matrix2d warp = Eigen::Matrix2d::Identity();
   double correlation = 0.0;  // of grey values, in [-1, 1]
+  // px, one sigma along the worst direction, as if what differs from the patch were independent
+  // from pixel to pixel. It is not: errors are several times this, but in proportion to it.
+  double sigma = 0.0;
   bool converged = false;
 };
 
@@ -40,8 +43,8 @@ class Patch {
                                   const PatchConfig& config);
 
   // px: what white noise as strong as the contrast of the window would move it by along the worst
-  // direction (one sigma), with the warp unknown; of a match with correlation c, sqrt(2 (1 - c)) of
-  // that. 0.15 on fine texture, above 1 on a nearly straight edge, whatever the contrast.
+  // direction (one sigma), with the warp unknown. 0.15 on fine texture, above 1 on a nearly straight
+  // edge, whatever the contrast.
   double position_sigma() const { return position_sigma_; }
 
   // `warp`, from which the alignment starts, maps small pixel differences of the patch's own image

@@ -122,8 +122,8 @@ TEST(Patch, AWarpIsHeldToWhatIsPredicted) {
   EXPECT_NEAR(stretch(0.5), (view.warp - Eigen::Matrix2d::Identity()).norm(), 0.02);
 }
 
-// What position_sigma promises, under white noise of any strength: errors in two directions, of
-// which it is the worse one, and what interpolation adds and takes away.
+// What alignments say of their own uncertainty, under white noise of any strength: errors in two
+// directions, of which it is the worse one, and what interpolation adds and takes away.
 TEST(Patch, TellsItsOwnUncertainty) {
   for (const double noise : {1.5, 3.0, 6.0}) {
     const View view{.shift = {0.31, -0.27}, .noise = noise};
@@ -136,8 +136,7 @@ TEST(Patch, TellsItsOwnUncertainty) {
       ASSERT_TRUE(patch);
       const auto match = patch->Align(second, Eigen::Matrix2d::Identity(), p + view.shift, {});
       if (!match || !match->converged) continue;
-      const double sigma = patch->position_sigma() * std::sqrt(2.0 * (1.0 - match->correlation));
-      const double error = (match->pixel - p - view.shift).norm() / sigma;
+      const double error = (match->pixel - p - view.shift).norm() / match->sigma;
       ratios += error * error;
       ++count;
     }

@@ -33,6 +33,8 @@ struct PanoramicObservation {
   // Maps small differences of unit bearings (pano frame) to pixels (px): the local angular
   // resolution of the lens. pixel_per_bearing * bearing = 0.
   Eigen::Matrix<double, 2, 3> pixel_per_bearing = Eigen::Matrix<double, 2, 3>::Zero();
+  // How uncertain the pixel is, in units of the usual, by what was seen when it was found.
+  double sigma_scale = 1.0;
 
   // px/rad, the geometric mean over directions.
   double resolution() const {

@@ -159,8 +159,11 @@ void PanoramicTracker::Extend(FrameId frame, std::span<const RefinementRequest> 
   std::vector<const ImagePyramid*> images;
   for (const Stream& stream : streams_) images.push_back(&stream.current);
   const auto refined = refiner_.Refine(model_, followed, images);
+  const bool weighted = config_.refinement.enabled && config_.refinement.usual_sigma > 0.0;
   for (std::size_t i = 0; i < followed.size(); ++i) {
-    tracks_.Extend(followed[i].track, frame, refined[i].value_or(followed[i].observation));
+    PanoramicObservation by_flow = followed[i].observation;
+    if (weighted) by_flow.sigma_scale = config_.refinement.flow_scale;
+    tracks_.Extend(followed[i].track, frame, refined[i].value_or(by_flow));
     ++summary.followed;
     ++summary.cameras[static_cast<std::size_t>(followed[i].observation.camera)].followed;
     if (refined[i]) ++summary.refined;

@@ -27,6 +27,9 @@ double StretchOf(const Eigen::Matrix2d& warp) {
   return std::max(values[0], 1.0 / values[1]);
 }
 
+// Limits of what the uncertainty of an observation may be in units of the usual one.
+constexpr double kLeastScale = 0.5, kMostScale = 4.0;
+
 }  // namespace
 
 void RefinementConfig::Declare(ConfigDeclaration& d) {
@@ -35,6 +38,13 @@ void RefinementConfig::Declare(ConfigDeclaration& d) {
           "Windows stretched or shrunk by more than this factor are renewed", {1.0, 10.0});
   d.Field("renew_correlation", renew_correlation, "",
           "Windows that correlate less than this are renewed where they are found", {0.0, 1.0});
+  d.Field("usual_sigma", usual_sigma, "px",
+          "What alignments say of their own uncertainty on the whole: one that says twice as much "
+          "counts as twice as uncertain; 0: all count the same",
+          {0.0, 10.0});
+  d.Field("flow_scale", flow_scale, "",
+          "Uncertainty, in units of the usual one, where alignment fails and flow is believed",
+          {0.1, 100.0});
   d.Section("patch", patch);
 }
 
@@ -82,6 +92,9 @@ std::optional<PanoramicObservation> TrackRefiner::RefineOne(
   const bool found =
       match && match->converged && match->correlation >= config_.patch.min_correlation;
   auto refined = found ? model.Lift(request.observation.camera, match->pixel) : std::nullopt;
+  if (refined && config_.usual_sigma > 0.0) {
+    refined->sigma_scale = std::clamp(match->sigma / config_.usual_sigma, kLeastScale, kMostScale);
+  }
   const bool worn = !refined || match->correlation < config_.renew_correlation ||
                     StretchOf(match->warp) > config_.max_stretch;
   if (worn) {

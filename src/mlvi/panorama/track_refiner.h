@@ -17,6 +17,8 @@ struct RefinementConfig {
   bool enabled = true;
   double max_stretch = 1.4;
   double renew_correlation = 0.9;
+  double usual_sigma = 0.06;
+  double flow_scale = 2.0;
   PatchConfig patch;
   void Declare(ConfigDeclaration& d);
 };

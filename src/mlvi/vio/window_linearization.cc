@@ -398,7 +398,9 @@ void AddBearings(const VioWindow& window, const WindowConfig& config, Linearized
 double BearingVariance(const WindowObservation& anchor, const WindowObservation& target,
                        const WindowConfig& config) {
   const auto sets = static_cast<double>(target.frame.value() - anchor.frame.value());
-  return config.pixel_sigma * config.pixel_sigma + sets * config.pixel_drift * config.pixel_drift;
+  const double usual =
+      config.pixel_sigma * config.pixel_sigma + sets * config.pixel_drift * config.pixel_drift;
+  return target.observation.sigma_scale * target.observation.sigma_scale * usual;
 }
 
 LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, double gravity,
