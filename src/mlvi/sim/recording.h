@@ -40,8 +40,7 @@ class Recording : public MeasurementSource {
   bool IsCorrupted(const Measurement& measurement) const;
 
   // The truth at a true instant in [begin(), end()] (that of the nearer end outside: stamps of late
-  // clocks lie behind it), in the frame of the world's mesh (z up; not
-  // the first body pose).
+  // clocks lie behind it), in the frame of the world's mesh (z up; not the first body pose).
   NavState GroundTruth(Time time) const;
   Time begin() const { return options_.begin; }
   Time end() const { return end_; }
