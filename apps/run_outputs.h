@@ -17,9 +17,9 @@ class RunOutputs {
 
   // Makes the folder and writes config.yaml, so that an unwritable place is found before the work.
   mlvi::Expected<void> Prepare(const mlvi::SlamConfig& config) const;
-  // summary.json, trajectory.tum, odometry.tum, calibrated_rig.yaml (`rig`), map.ply, map.png. What cannot be
-  // written does not keep the rest from being written; it is named in `not_written` of the summary
-  // and in the error.
+  // summary.json, trajectory.tum, odometry.tum, calibrated_rig.yaml (`rig`), map.ply, map.png. What
+  // cannot be written does not keep the rest from being written; it is named in `not_written` of
+  // the summary and in the error.
   mlvi::Expected<void> Write(const mlvi::Slam& slam, const mlvi::Rig& rig,
                              nlohmann::ordered_json summary) const;
 

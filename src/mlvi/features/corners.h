@@ -23,8 +23,8 @@ struct Corner {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   int region = RegionMap::kNone;
   double texture = 0.0;  // grey values per px, root mean square along the weakest direction
-  double position_sigma =
-      0.0;  // px, of the window around it (Patch::position_sigma); 0: not judged
+  // px, of the window around it (Patch::position_sigma); 0: not judged
+  double position_sigma = 0.0;
 };
 
 // The strongest corner of every wanted region, by the smaller eigenvalue of the gradient matrix

@@ -210,7 +210,7 @@ void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
   for (const Track& track : tracks_.tracks()) {
     if (track.alive) features.push_back(track.last().point);
   }
-  const std::vector<std::uint8_t> wanted = budget_.WantedParts(features, CellsDue(frame));
+  const std::vector<std::uint8_t> wanted = budget_.WantedParts(features, CellsDue(frame, features));
   std::vector<std::vector<Corner>> corners(streams_.size());
   ParallelFor(streams_.size(), 1, [&](std::size_t i) {
     if (streams_[i].current.empty()) return;
@@ -229,11 +229,12 @@ void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
 
 // Cells in which nothing was found, and those that have a feature already, are looked at in turn,
 // one in kTurns per set of images: what they show changes slowly, and detection is dear.
-std::vector<std::uint8_t> PanoramicTracker::CellsDue(FrameId frame) const {
+std::vector<std::uint8_t> PanoramicTracker::CellsDue(
+    FrameId frame, std::span<const Eigen::Vector3d> features) const {
   std::vector<std::uint8_t> due(barren_.size());
   std::vector<std::uint8_t> free(barren_.size(), 1);
-  for (const Track& track : tracks_.tracks()) {
-    if (track.alive) free[static_cast<std::size_t>(budget_.CellOf(track.last().point))] = 0;
+  for (const Eigen::Vector3d& feature : features) {
+    free[static_cast<std::size_t>(budget_.CellOf(feature))] = 0;
   }
   for (std::size_t cell = 0; cell < due.size(); ++cell) {
     const bool its_turn = static_cast<std::int64_t>(cell) % kTurns == frame.value() % kTurns;

@@ -101,7 +101,8 @@ class PanoramicTracker {
   void Extend(FrameId frame, std::span<const RefinementRequest> followed, TrackingSummary& summary);
   void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void StartTracks(FrameId frame, TrackingSummary& summary);
-  std::vector<std::uint8_t> CellsDue(FrameId frame) const;
+  std::vector<std::uint8_t> CellsDue(FrameId frame,
+                                     std::span<const Eigen::Vector3d> features) const;
   void NoteBarrenCells(std::span<const std::uint8_t> looked_at,
                        std::span<const std::vector<Corner>> corners);
   void Advance();

@@ -20,13 +20,12 @@ struct Deviation {
   double sigma = 1.0;
   bool heavy_tails = true;
 
+  double squared_sigmas() const { return value.squaredNorm() / (sigma * sigma); }
   double Cost() const {
-    const double s = value.squaredNorm() / (sigma * sigma);
-    return 0.5 * (heavy_tails ? kKernel.Cost(s) : s);
+    return 0.5 * (heavy_tails ? kKernel.Cost(squared_sigmas()) : squared_sigmas());
   }
   double Information() const {
-    const double s = value.squaredNorm() / (sigma * sigma);
-    return (heavy_tails ? kKernel.Weight(s) : 1.0) / (sigma * sigma);
+    return (heavy_tails ? kKernel.Weight(squared_sigmas()) : 1.0) / (sigma * sigma);
   }
 };
 
@@ -67,13 +66,15 @@ double CalibrationPriorCost(const VioWindow& window, const WindowConfig& config)
 
 void AddCalibrationPrior(const VioWindow& window, const WindowConfig& config,
                          LinearizedWindow& system) {
+  double cost = 0.0;
   for (const Deviation& d : Deviations(window, config)) {
     const double information = d.Information();
     const int start = system.layout.calibration() + d.start;
     system.H.diagonal().segment(start, d.size).array() += information;
     system.b.segment(start, d.size) -= information * d.value.head(d.size);
+    cost += d.Cost();
   }
-  system.cost += CalibrationPriorCost(window, config);
+  system.cost += cost;
 }
 
 }  // namespace mlvi
