@@ -61,6 +61,11 @@ Expected<void> AddNamedFaults(const FaultArguments& arguments, SequenceFaults& f
     faults.clocks[parsed->name] = {
         .offset = numbers[0], .drift_ppm = numbers[1], .jitter = numbers[2]};
   }
+  for (const std::string& text : arguments.triggers) {
+    const auto parsed = Parse("--trigger", text, 1, 1, "CAMERA,DELAY");
+    if (!parsed) return tl::unexpected(parsed.error());
+    faults.triggers[parsed->name] = parsed->numbers[0];
+  }
   for (const std::string& text : arguments.lens_patches) {
     const auto parsed =
         Parse("--lens-patch", text, 3, 3, "CAMERA,U,V,RADIUS (shares of the image)");
@@ -131,6 +136,9 @@ void AddFaultOptions(CLI::App& command, FaultArguments& a) {
   texts("--clock", a.clocks,
         "SENSOR,OFFSET[,DRIFT_PPM[,JITTER]]: stamps of imu, lidar or a camera are late by OFFSET "
         "seconds, growing, and by up to JITTER seconds at random");
+  texts(
+      "--trigger", a.triggers,
+      "CAMERA,DELAY: it takes its images DELAY seconds after the other cameras, with right stamps");
   numbers("--extrinsics-error", a.extrinsics_error, 2,
           "DEGREES,METRES: how far true mounts of LiDAR and cameras are from the rig file's");
   command.add_flag("--imu-in-g", a.imu_in_g, "Accelerations in g instead of m/s^2")
@@ -185,6 +193,7 @@ Json ToJson(const SequenceFaults& faults) {
                {"lens_patches", Json::array()},
                {"exposure_jump", nullptr},
                {"lights_off", ToJson(faults.lights_off)},
+               {"triggers_s", faults.triggers},
                {"time_jump", nullptr},
                {"clocks", ToJson(faults.clocks)},
                {"extrinsics_error", nullptr},

@@ -19,7 +19,7 @@ struct FaultArguments {
   std::vector<double> imu_scale;                      // shares, of accelerometer and gyroscope
   std::vector<double> exposure_jump;                  // start, length, factor
   std::vector<double> extrinsics_error;               // deg, m
-  std::vector<std::string> clocks, dead_cameras, frozen_cameras, lens_patches;
+  std::vector<std::string> clocks, dead_cameras, frozen_cameras, lens_patches, triggers;
   bool imu_in_g = false;
 };
 

@@ -105,9 +105,11 @@ ordered_json Deviation(const mlvi::CalibrationDeviation& deviation, std::size_t 
           {"translation_sigma_m", d.translation_sigma}};
 }
 
-ordered_json TimeOffsetDeviation(const mlvi::CalibrationDeviation& deviation) {
-  if (deviation.time_offset_sigma == 0.0) return nullptr;
-  return {{"seconds", deviation.time_offset}, {"sigma_s", deviation.time_offset_sigma}};
+// Of a camera's time offset from what the rig file says.
+ordered_json TimeOffset(const mlvi::CalibrationDeviation& deviation, std::size_t camera) {
+  if (camera >= deviation.time_offsets.size()) return nullptr;
+  const mlvi::CalibrationDeviation::TimeOffset& d = deviation.time_offsets[camera];
+  return {{"deviation_s", d.seconds}, {"sigma_s", d.sigma}};
 }
 
 // The visual odometry: its own figures and, per camera, how much it gives and how well it fits.
@@ -123,7 +125,8 @@ ordered_json Visual(const mlvi::Slam& slam) {
                                                               : 0.0},
                                {"rms_px", figures.rms_px()},
                                {"rejected_share", figures.rejected_share()},
-                               {"deviation", Deviation(fit.deviation(), i)}};
+                               {"deviation", Deviation(fit.deviation(), i)},
+                               {"time_offset", TimeOffset(fit.deviation(), i)}};
   }
   return {{"image_sets", report.sets},
           {"image_sets_tracking", report.sets_tracking},
@@ -131,7 +134,6 @@ ordered_json Visual(const mlvi::Slam& slam) {
            report.first_estimate.valid() ? mlvi::ToString(report.first_estimate) : ""},
           {"failures", report.failures},
           {"last_failure", report.last_failure},
-          {"time_offset_deviation", TimeOffsetDeviation(fit.deviation())},
           {"cameras", cameras}};
 }
 

@@ -21,6 +21,23 @@ Eigen::Vector3d PredictedPoint(const PanoramicObservation& before, double invers
          (before.bearing + inverse_depth * (before.center - t));
 }
 
+Pose3 ImagePlace(const TrackingHints& hints, FrameId frame, int camera) {
+  return hints.image_place ? hints.image_place(frame, camera) : Pose3();
+}
+
+// From one image of a camera to another, rather than from set to set.
+PredictedMotion MotionOfCamera(const TrackingHints& hints, FrameId earlier, FrameId now,
+                               int camera) {
+  PredictedMotion motion = hints.motion(earlier);
+  const Pose3 before = ImagePlace(hints, earlier, camera), after = ImagePlace(hints, now, camera);
+  const Pose3 between(motion.R_earlier_current,
+                      motion.t_earlier_current.value_or(Eigen::Vector3d::Zero()));
+  const Pose3 T = before.inverse() * between * after;
+  motion.R_earlier_current = T.rotation();
+  if (motion.t_earlier_current) motion.t_earlier_current = T.translation();
+  return motion;
+}
+
 // The pixel in which camera `o.camera` sees it now, and how much nearer it is; where it was, when
 // it will be out of sight.
 struct PredictedView {
@@ -108,16 +125,17 @@ void PanoramicTracker::EndStaleTracks() {
 }
 
 std::vector<PanoramicTracker::CameraTracks> PanoramicTracker::Predict(
-    const TrackingHints& hints) const {
+    FrameId frame, const TrackingHints& hints) const {
   std::vector<CameraTracks> cameras(streams_.size());
-  std::map<FrameId, PredictedMotion> motions;
+  std::map<std::pair<FrameId, int>, PredictedMotion> motions;  // of each camera since a frame
   for (const Track& track : tracks_.tracks()) {
     const PanoramicObservation& last = track.last();
     const auto camera = static_cast<std::size_t>(last.camera);
     if (!track.alive || streams_[camera].current.empty()) continue;
-    auto motion = motions.find(track.last_frame());
+    const std::pair key(track.last_frame(), last.camera);
+    auto motion = motions.find(key);
     if (motion == motions.end()) {
-      motion = motions.emplace(track.last_frame(), hints.motion(track.last_frame())).first;
+      motion = motions.emplace(key, MotionOfCamera(hints, key.first, frame, key.second)).first;
     }
     const double inverse_depth = hints.inverse_depth ? hints.inverse_depth(track.id) : 0.0;
     cameras[camera].ids.push_back(track.id);
@@ -129,7 +147,7 @@ std::vector<PanoramicTracker::CameraTracks> PanoramicTracker::Predict(
 }
 
 void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary) {
-  std::vector<CameraTracks> cameras = Predict(hints);
+  std::vector<CameraTracks> cameras = Predict(frame, hints);
   ParallelFor(cameras.size(), 1, [&](std::size_t i) {
     if (cameras[i].ids.empty()) return;
     cameras[i].results = TrackFlow(streams_[i].previous, streams_[i].current, cameras[i].requests,
@@ -178,15 +196,24 @@ void PanoramicTracker::RejectOutliers(FrameId frame, const TrackingHints& hints,
   };
   // By the frame before: one group, unless a camera had missed some.
   std::map<FrameId, Group> groups;
+  std::map<std::pair<FrameId, int>, Pose3> places;
+  const auto place_of = [&](FrameId seen_in, int camera) -> const Pose3& {
+    const auto [place, is_new] = places.try_emplace({seen_in, camera});
+    if (is_new) place->second = ImagePlace(hints, seen_in, camera);
+    return place->second;
+  };
   for (const Track& track : tracks_.tracks()) {
     if (!track.alive || track.last_frame() != frame || track.observations.size() < 2) continue;
     const TrackObservation& before = track.observations[track.observations.size() - 2];
-    const auto ray = [&](const PanoramicObservation& o) {
-      return Ray{o.center, o.bearing, config_.pixel_sigma / o.resolution()};
+    // In the pano frame at the stamp of its set, from where the camera was at that of its image.
+    const auto ray = [&](FrameId seen_in, const PanoramicObservation& o) {
+      const Pose3& place = place_of(seen_in, o.camera);
+      return Ray{place * o.center, place.rotation() * o.bearing,
+                 config_.pixel_sigma / o.resolution()};
     };
     Group& group = groups[before.frame];
     group.ids.push_back(track.id);
-    group.pairs.push_back({ray(before.observation), ray(track.last())});
+    group.pairs.push_back({ray(before.frame, before.observation), ray(frame, track.last())});
   }
   for (const auto& [before, group] : groups) {
     const PredictedMotion motion = hints.motion(before);

@@ -37,6 +37,9 @@ struct PredictedMotion {
 struct TrackingHints {
   // The motion from an earlier frame. Required.
   std::function<PredictedMotion(FrameId earlier)> motion;
+  // Where the pano frame was at the instant of the image of `camera`, in the pano frame of `frame`:
+  // the images of a set need not be of one instant. Empty: they are.
+  std::function<Pose3(FrameId frame, int camera)> image_place;
   // Inverse depth (1/m) of a track along the ray of its last observation; 0 when unknown. May be
   // empty.
   std::function<double(TrackId)> inverse_depth;
@@ -70,7 +73,7 @@ class PanoramicTracker {
   // stay).
   PanoramicTracker(const PanoramaModel& model, const PanoramicTrackerConfig& config);
 
-  // `images`: at most one per camera, of one instant; `frame` must rise.
+  // `images`: at most one per camera, of about one instant; `frame` must rise.
   TrackingSummary Process(FrameId frame, std::span<const Image> images, const TrackingHints& hints);
 
   const TrackStore& tracks() const { return tracks_; }
@@ -96,7 +99,7 @@ class PanoramicTracker {
 
   void BuildPyramids(std::span<const Image> images);
   void EndStaleTracks();
-  std::vector<CameraTracks> Predict(const TrackingHints& hints) const;
+  std::vector<CameraTracks> Predict(FrameId frame, const TrackingHints& hints) const;
   void Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void Extend(FrameId frame, std::span<const RefinementRequest> followed, TrackingSummary& summary);
   void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);

@@ -92,40 +92,55 @@ void CameraFit::TakeDeviation(const CalibrationDeviation& newest) {
     CalibrationDeviation::Camera& kept = deviation_.cameras[i];
     if (better(newest.cameras[i].rotation_sigma, kept.rotation_sigma)) kept = newest.cameras[i];
   }
-  if (better(newest.time_offset_sigma, deviation_.time_offset_sigma)) {
-    deviation_.time_offset = newest.time_offset;
-    deviation_.time_offset_sigma = newest.time_offset_sigma;
+  deviation_.time_offsets.resize(
+      std::max(deviation_.time_offsets.size(), newest.time_offsets.size()));
+  for (std::size_t i = 0; i < newest.time_offsets.size(); ++i) {
+    CalibrationDeviation::TimeOffset& kept = deviation_.time_offsets[i];
+    if (better(newest.time_offsets[i].sigma, kept.sigma)) kept = newest.time_offsets[i];
   }
 }
 
 Health CameraFit::JudgeCalibration(std::size_t camera) const {
-  std::vector<std::string> reasons;
   // Where residuals are larger than tracks should have, sigmas are too small by as much.
   const double scale = std::max(1.0, figures_[camera].rms_px() / kUsualRms);
-  if (camera < deviation_.cameras.size()) {
-    const CalibrationDeviation::Camera& d = deviation_.cameras[camera];
-    if (Stands(d.rotation, scale * d.rotation_sigma, kTurned) ||
-        Stands(d.translation, scale * d.translation_sigma, kMoved)) {
-      reasons.push_back(fmt::format(
-          "{}turned by {:.2f} deg (sigma {:.2f}) and moved by {:.0f} mm (sigma {:.0f}) against it; "
-          "likely wrong extrinsics or intrinsics{}",
-          deviation_.together ? "with all others " : "", Degrees(d.rotation),
-          Degrees(d.rotation_sigma), 1e3 * d.translation, 1e3 * d.translation_sigma,
-          deviation_.together ? "" : " of this camera"));
-    }
-  }
-  const double late = deviation_.time_offset;
-  if (Stands(std::abs(late), scale * deviation_.time_offset_sigma, kLate)) {
-    reasons.push_back(
-        fmt::format("all images are taken {:.1f} ms (sigma {:.1f}) {} than it says; "
-                    "likely a wrong time offset of cameras or IMU",
-                    1e3 * std::abs(late), 1e3 * deviation_.time_offset_sigma,
-                    late > 0.0 ? "later" : "earlier"));
-  }
+  std::vector<std::string> reasons = {PlaceObjection(camera, scale), TimeObjection(camera, scale)};
+  std::erase(reasons, "");
   if (reasons.empty()) return {};
   return {HealthLevel::kDegraded,
           fmt::format("does not fit the rig file: {}. The estimate uses what it found.",
                       fmt::join(reasons, "; "))};
+}
+
+std::string CameraFit::PlaceObjection(std::size_t camera, double scale) const {
+  if (camera >= deviation_.cameras.size()) return {};
+  const CalibrationDeviation::Camera& d = deviation_.cameras[camera];
+  if (!Stands(d.rotation, scale * d.rotation_sigma, kTurned) &&
+      !Stands(d.translation, scale * d.translation_sigma, kMoved)) {
+    return {};
+  }
+  return fmt::format(
+      "{}turned by {:.2f} deg (sigma {:.2f}) and moved by {:.0f} mm (sigma {:.0f}) against it; "
+      "likely wrong extrinsics or intrinsics{}",
+      deviation_.together ? "with all others " : "", Degrees(d.rotation), Degrees(d.rotation_sigma),
+      1e3 * d.translation, 1e3 * d.translation_sigma, deviation_.together ? "" : " of this camera");
+}
+
+// A clock of its own, or one that most cameras share and that differs from the IMU's.
+std::string CameraFit::TimeObjection(std::size_t camera, double scale) const {
+  if (camera >= deviation_.time_offsets.size()) return {};
+  const CalibrationDeviation::TimeOffset& d = deviation_.time_offsets[camera];
+  if (!Stands(std::abs(d.seconds), scale * d.sigma, kLate)) return {};
+  std::vector<double> others;
+  for (std::size_t i = 0; i < deviation_.time_offsets.size(); ++i) {
+    if (i != camera) others.push_back(deviation_.time_offsets[i].seconds);
+  }
+  const bool alone = !others.empty() && std::abs(d.seconds - Median(others)) > kLate;
+  return fmt::format(
+      "its images{} are taken {:.1f} ms (sigma {:.1f}) {} than it says; likely a "
+      "wrong time offset of {}",
+      alone || others.empty() ? "" : ", as those of other cameras,", 1e3 * std::abs(d.seconds),
+      1e3 * d.sigma, d.seconds > 0.0 ? "later" : "earlier",
+      alone ? "this camera" : "cameras or IMU");
 }
 
 Health CameraFit::JudgeAmongOthers(std::size_t camera) const {

@@ -44,6 +44,8 @@ class CameraFit {
  private:
   void TakeDeviation(const CalibrationDeviation& newest);
   Health JudgeCalibration(std::size_t camera) const;
+  std::string PlaceObjection(std::size_t camera, double scale) const;
+  std::string TimeObjection(std::size_t camera, double scale) const;
   Health JudgeAmongOthers(std::size_t camera) const;
 
   std::vector<std::string> names_;

@@ -104,12 +104,14 @@ TEST(CameraFit, LargeResidualsMakeDeviationsLessCertain) {
   EXPECT_EQ(After(20, result).Judge(1).level, HealthLevel::kHealthy);
 }
 
-TEST(CameraFit, AWrongTimeOffsetIsToldOfAllCameras) {
+TEST(CameraFit, AWrongTimeOffsetOfAllIsToldOfAllCameras) {
   VioResult result = Deviating(0.0, 0.1, 0.0);
-  result.deviation.time_offset = 0.010;
-  result.deviation.time_offset_sigma = 0.0002;
-  EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) later"));
-  result.deviation.time_offset = -0.010;
+  result.deviation.time_offsets.assign(3, {.seconds = 0.010, .sigma = 0.0002});
+  for (int camera = 0; camera < 3; ++camera) {
+    EXPECT_THAT(After(20, result).Judge(camera).reason,
+                HasSubstr("as those of other cameras, are taken 10.0 ms (sigma 0.2) later"));
+  }
+  result.deviation.time_offsets.assign(3, {.seconds = -0.010, .sigma = 0.0002});
   EXPECT_THAT(After(20, result).Judge(2).reason, HasSubstr("taken 10.0 ms (sigma 0.2) earlier"));
   // A set without estimate takes nothing back.
   CameraFit fit = After(20, result);
@@ -118,6 +120,21 @@ TEST(CameraFit, AWrongTimeOffsetIsToldOfAllCameras) {
   // It may be all that is estimated.
   result.deviation.cameras.clear();
   EXPECT_EQ(After(20, result).Judge(0).level, HealthLevel::kDegraded);
+}
+
+TEST(CameraFit, AClockOfItsOwnIsToldOfThatCameraOnly) {
+  VioResult result = Deviating(0.0, 0.1, 0.0);
+  result.deviation.time_offsets.assign(3, {.seconds = 0.0003, .sigma = 0.0002});
+  result.deviation.time_offsets[1].seconds = -0.010;
+  const CameraFit fit = After(20, result);
+  EXPECT_THAT(fit.Judge(1).reason,
+              HasSubstr("its images are taken 10.0 ms (sigma 0.2) earlier than it says; likely a "
+                        "wrong time offset of this camera"));
+  EXPECT_EQ(fit.Judge(0).level, HealthLevel::kHealthy);
+  EXPECT_EQ(fit.Judge(2).level, HealthLevel::kHealthy);
+  // What is uncertain says nothing.
+  result.deviation.time_offsets[1].sigma = 0.004;
+  EXPECT_EQ(After(20, result).Judge(1).level, HealthLevel::kHealthy);
 }
 
 TEST(CameraFit, OneCameraAloneOrTooFewObservationsSayNothing) {

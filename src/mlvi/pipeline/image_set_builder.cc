@@ -29,7 +29,9 @@ Duration UpdatedPeriod(Duration period, Duration interval) {
 ImageSetBuilder::ImageSetBuilder(const ImageSetConfig& config, int cameras)
     : tolerance_(Duration::FromSeconds(config.tolerance)),
       max_wait_(Duration::FromSeconds(config.max_wait)),
+      reach_(config.reach),
       streams_(static_cast<std::size_t>(cameras)),
+      left_with_(static_cast<std::size_t>(cameras), 0),
       late_(static_cast<std::size_t>(cameras), 0) {}
 
 std::vector<ImageSet> ImageSetBuilder::Push(Image image) {
@@ -43,12 +45,10 @@ std::vector<ImageSet> ImageSetBuilder::Push(Image image) {
   stream.newest = image.stamp;
   if (!first_.valid()) first_ = image.stamp;
   now_ = std::max(now_, image.stamp);
-  if (left_.valid() && image.stamp <= left_ + tolerance_) {
+  if (IsLate(image)) {
     ++late_[static_cast<std::size_t>(image.camera)];
   } else {
-    Pending& pending = SetOf(image);
-    pending.set.stamp = std::max(pending.set.stamp, image.stamp);
-    pending.set.images.push_back(std::move(image));
+    SetOf(image).Add(std::move(image));
   }
   return Release();
 }
@@ -59,30 +59,62 @@ std::vector<ImageSet> ImageSetBuilder::Advance(Time now) {
 }
 
 std::vector<ImageSet> ImageSetBuilder::Flush() {
-  if (!pending_.empty()) now_ = pending_.back().anchor + max_wait_ + Duration::FromNanoseconds(1);
+  ended_ = true;
   return Release();
 }
 
-// The set within tolerance that lacks this camera, or a new one.
+// Whether it comes after the set that it belongs to, or after a later one.
+bool ImageSetBuilder::IsLate(const Image& image) const {
+  if (!left_.valid()) return false;
+  const bool lacked = left_with_[static_cast<std::size_t>(image.camera)] == 0;
+  return image.stamp <= (lacked ? left_ + tolerance_ : left_);
+}
+
+// The set within reach that lacks this camera, or a new one.
 ImageSetBuilder::Pending& ImageSetBuilder::SetOf(const Image& image) {
-  for (Pending& pending : pending_) {
-    const Duration difference = image.stamp - pending.anchor;
-    if (difference <= tolerance_ && -difference <= tolerance_ && !Holds(pending.set, image.camera))
-      return pending;
+  const Duration reach = Reach();
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    Pending& pending = pending_[i];
+    const Duration span =
+        std::max(pending.set.stamp, image.stamp) - std::min(pending.first, image.stamp);
+    const bool before_next = i + 1 == pending_.size() || image.stamp < pending_[i + 1].first;
+    if (span <= reach && before_next && !Holds(pending.set, image.camera)) return pending;
   }
+  return BeginSet(image);
+}
+
+// Images of the set before that are not earlier go with the new one.
+ImageSetBuilder::Pending& ImageSetBuilder::BeginSet(const Image& image) {
   const auto behind =
       std::upper_bound(pending_.begin(), pending_.end(), image.stamp,
-                       [](Time t, const Pending& pending) { return t < pending.anchor; });
-  return *pending_.insert(behind, Pending{.anchor = image.stamp, .set = {}});
+                       [](Time t, const Pending& pending) { return t < pending.first; });
+  const auto place = behind - pending_.begin();
+  Pending& begun = *pending_.insert(behind, Pending{.first = image.stamp, .set = {}});
+  if (place == 0) return begun;
+  Pending before;
+  for (Image& other : pending_[static_cast<std::size_t>(place) - 1].set.images) {
+    (other.stamp < image.stamp ? before : begun).Add(std::move(other));
+  }
+  pending_[static_cast<std::size_t>(place) - 1] = std::move(before);
+  return begun;
+}
+
+void ImageSetBuilder::Pending::Add(Image image) {
+  first = set.images.empty() ? image.stamp : std::min(first, image.stamp);
+  set.stamp = std::max(set.stamp, image.stamp);
+  set.images.push_back(std::move(image));
 }
 
 std::vector<ImageSet> ImageSetBuilder::Release() {
   std::vector<ImageSet> sets;
-  while (!pending_.empty() &&
-         (IsComplete(pending_.front()) || now_ - pending_.front().anchor > max_wait_)) {
-    left_ = pending_.front().anchor;
+  while (!pending_.empty() && (ended_ || IsComplete(pending_.front()))) {
     sets.push_back(std::move(pending_.front().set));
     pending_.pop_front();
+    left_ = sets.back().stamp;
+    std::fill(left_with_.begin(), left_with_.end(), 0);
+    for (const Image& image : sets.back().images) {
+      left_with_[static_cast<std::size_t>(image.camera)] = 1;
+    }
     std::sort(sets.back().images.begin(), sets.back().images.end(),
               [](const Image& a, const Image& b) { return a.camera < b.camera; });
   }
@@ -100,12 +132,26 @@ bool ImageSetBuilder::IsComplete(const Pending& pending) const {
 bool ImageSetBuilder::IsAwaited(int camera, const Pending& pending) const {
   if (Holds(pending.set, camera)) return false;
   const Stream& stream = streams_[static_cast<std::size_t>(camera)];
-  const bool starting = pending.anchor - first_ < kSilence;
-  if (!stream.newest.valid()) return starting;
-  const Duration since = pending.anchor - stream.newest;
-  if (since < -tolerance_ || since > kSilence) return false;  // it is past this instant, or silent
-  if (starting) return true;
-  return since + tolerance_ >= stream.period - stream.period / 4;
+  const bool starting = pending.first - first_ < kSilence;
+  if (!stream.newest.valid()) return starting && now_ - pending.first <= max_wait_;
+  if (stream.newest >= pending.first) return false;  // it is past this set
+  if (pending.first - stream.newest > kSilence) return false;
+  const Time due = std::max(pending.first, stream.newest + stream.period);
+  if (now_ - due > max_wait_) return false;
+  return starting || due - ShortestPeriod() / 8 <= pending.first + Reach();
+}
+
+Duration ImageSetBuilder::ShortestPeriod() const {
+  Duration shortest;
+  for (const Stream& stream : streams_) {
+    if (stream.period == Duration() || now_ - stream.newest > kSilence) continue;
+    shortest = shortest == Duration() ? stream.period : std::min(shortest, stream.period);
+  }
+  return shortest;
+}
+
+Duration ImageSetBuilder::Reach() const {
+  return std::max(tolerance_, Duration::FromSeconds(reach_ * ShortestPeriod().seconds()));
 }
 
 }  // namespace mlvi

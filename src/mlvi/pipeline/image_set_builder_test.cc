@@ -143,12 +143,96 @@ TEST_F(ImageSets, LostImagesLeaveTheSetsOfTheOthersInPlace) {
   EXPECT_EQ(received, sent);
 }
 
-TEST_F(ImageSets, CamerasTriggeredInTurnFormSetsOfTheirOwn) {
+// Whatever the phase: one set per period, no longer than the reach, each image with its own stamp.
+TEST_F(ImageSets, CamerasThatRunFreelyFormOneSetPerPeriod) {
+  for (const double phase : {0.004, 0.010, 0.03, 0.05, 0.07, 0.08, 0.097}) {
+    arrivals_.clear();
+    for (int i = 0; i < 50; ++i) {
+      Send(0, 0.1 * i);
+      Send(1, 0.1 * i + phase, 0.01);
+    }
+    const std::vector<Left> left = Run(2);
+    // Until the period is known images have to be nearer.
+    EXPECT_GE(Count(left).at({0, 1}), 48) << phase;
+    EXPECT_LE(left.size(), 52U) << phase;
+    for (const Left& entry : left) {
+      EXPECT_LT(entry.delay, 0.12) << phase;
+      if (entry.set.images.size() < 2) continue;
+      const Duration apart = entry.set.images[1].stamp - entry.set.images[0].stamp;
+      EXPECT_LE(std::abs(apart.seconds()), 0.075) << phase;
+      EXPECT_EQ(entry.set.stamp, std::max(entry.set.images[0].stamp, entry.set.images[1].stamp));
+    }
+    EXPECT_THAT(late_, ElementsAre(0, 0)) << phase;
+  }
+}
+
+// A phase that drifts through a whole period: partners change, but no image is lost and few are
+// alone.
+TEST_F(ImageSets, PhasesMayDrift) {
+  RandomStream random(2);
+  for (int i = 0; i < 400; ++i) {
+    Send(0, 0.1 * i + 0.002 * random.Uniform(), 0.01 * random.Uniform());
+    Send(1, 0.1002 * i + 0.002 * random.Uniform(), 0.02 * random.Uniform());
+    if (i % 2 == 0) Send(2, 0.1 * i + 0.045, 0.02);
+  }
+  int images = 0;
+  const std::vector<Left> left = Run(3);
+  for (const Left& entry : left) images += static_cast<int>(entry.set.images.size());
+  EXPECT_EQ(images, 400 + 400 + 200);
+  EXPECT_THAT(late_, ElementsAre(0, 0, 0));
+  EXPECT_LT(left.size(), 410U);
+}
+
+// A camera of half the rate and of another phase is awaited only when it is due.
+TEST_F(ImageSets, ASlowCameraThatRunsFreelyJoinsEverySecondSet) {
+  for (int i = 0; i < 100; ++i) {
+    Send(0, 0.1 * i);
+    if (i % 2 == 0) Send(1, 0.1 * i + 0.03, 0.01);
+  }
+  const std::vector<Left> left = Run(2);
+  EXPECT_GE(Count(left).at({0, 1}), 49);
+  EXPECT_LE(left.size(), 101U);
+  for (const Left& entry : left) {
+    if (entry.set.stamp > At(1.5)) {
+      EXPECT_LT(entry.delay, 0.02) << entry.set.images.size() << " images";
+    }
+  }
+}
+
+// Stamps that jump about must not make sets overlap or lose images.
+TEST_F(ImageSets, StayInOrderWithIrregularStamps) {
+  RandomStream random(3);
+  std::vector<double> stamp(3, 0.0);
+  int sent = 0;
+  for (int i = 0; i < 600; ++i) {
+    const int camera = i % 3;
+    stamp[static_cast<std::size_t>(camera)] += 0.02 + 0.1 * random.Uniform();
+    Send(camera, stamp[static_cast<std::size_t>(camera)], 0.015 * random.Uniform());
+    ++sent;
+  }
+  int received = 0;
+  Time last;
+  for (const Left& entry : Run(3)) {  // stamps rise: checked there
+    for (const Image& image : entry.set.images) {
+      EXPECT_TRUE(!last.valid() || image.stamp > last);
+      ++received;
+    }
+    last = entry.set.stamp;
+  }
+  int late = 0;
+  for (const std::int64_t count : late_) late += static_cast<int>(count);
+  EXPECT_EQ(received + late, sent);
+  EXPECT_LT(late, sent / 20);
+}
+
+TEST_F(ImageSets, WithoutReachCamerasTriggeredInTurnFormSetsOfTheirOwn) {
   for (int i = 0; i < 50; ++i) {
     Send(0, 0.066 * i);
     Send(1, 0.066 * i + 0.03);
   }
-  const auto counts = Count(Run(2));
+  ImageSetConfig config;
+  config.reach = 0.0;
+  const auto counts = Count(Run(2, config));
   EXPECT_EQ(counts.at({0}), 50);
   EXPECT_EQ(counts.at({1}), 50);
 }
@@ -167,7 +251,7 @@ TEST_F(ImageSets, AnImageThatComesAfterItsSetHasLeftIsCountedAsLate) {
 
 TEST_F(ImageSets, WithoutToleranceStampsMustBeEqual) {
   ImageSetConfig config;
-  config.tolerance = 0.0;
+  config.tolerance = config.reach = 0.0;
   Send(0, 0.0);
   Send(1, 0.0);
   Send(0, 0.1);

@@ -152,6 +152,11 @@ Clocks EffectiveClocks(Clocks clocks, const SequenceFaults& faults) {
   return clocks;
 }
 
+Duration TriggerDelay(const SequenceFaults& faults, const std::string& camera) {
+  const auto delay = faults.triggers.find(camera);
+  return delay == faults.triggers.end() ? Duration() : Duration::FromSeconds(delay->second);
+}
+
 Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig) {
   FaultChecks checks;
   std::vector<std::string> sensors = rig.CameraNames();
@@ -215,6 +220,10 @@ Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
     checks.Window("the failure of camera " + fault.camera, fault.window);
   }
   for (const LensPatch& patch : faults.lens_patches) CheckLensPatch(patch, cameras, checks);
+  for (const auto& [camera, delay] : faults.triggers) {
+    checks.Name(camera, cameras, "camera");
+    checks.Range("the trigger delay of camera " + camera, delay, 0.0, 1.0, "s");
+  }
   if (const auto& jump = faults.exposure_jump) {
     checks.Window("the exposure jump", jump->window);
     checks.Positive("the factor of the exposure jump", jump->factor, 1e3, "times");

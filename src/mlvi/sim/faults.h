@@ -100,6 +100,9 @@ struct SequenceFaults {
   std::vector<LensPatch> lens_patches;
   std::optional<ExposureJump> exposure_jump;
   std::optional<FaultWindow> lights_off;  // all lamps of the place
+  // By the camera's name: it takes its images this much later than the others (s), and stamps them
+  // so. Cameras that nobody triggers together.
+  std::map<std::string, double> triggers;
   // Clocks and calibration
   std::optional<TimeJump> time_jump;
   Clocks clocks;  // instead of the sequence's own (SequenceOptions::clocks)
@@ -124,6 +127,9 @@ void SmearLens(const LensPatch& patch, int channels, Image& image);
 // Turns and shifts the mounts of LiDAR and cameras (T_body_sensor) by that much, in directions
 // drawn by `random`.
 void DisturbExtrinsics(const ExtrinsicsError& error, RandomStream random, Rig& rig);
+
+// How much later than the others a camera takes its images.
+Duration TriggerDelay(const SequenceFaults& faults, const std::string& camera);
 
 // The clocks once those among the faults have taken their places.
 Clocks EffectiveClocks(Clocks clocks, const SequenceFaults& faults);

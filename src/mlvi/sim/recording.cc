@@ -133,7 +133,7 @@ void Recording::MakeCameras() {
     const double rate = options_.image_rate > 0.0 ? options_.image_rate : spec.rate_hz;
     cameras_.emplace_back(spec, static_cast<int>(i), rate, options_.camera_physics,
                           RandomStream(options_.seed, "camera " + spec.name), *renderer_, motion_,
-                          options_.begin, end_);
+                          options_.begin + TriggerDelay(options_.faults, spec.name), end_);
     if (const auto& jump = options_.faults.exposure_jump)
       cameras_.back().MultiplyGain(TimeOf(jump->window.start),
                                    TimeOf(jump->window.start + jump->window.length), jump->factor);

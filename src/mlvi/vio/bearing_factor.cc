@@ -12,7 +12,7 @@ using Block = BearingJacobians::Block;
 // The parameters in the order of the class comment; absent ones repeat what they coincide with.
 struct Parameters {
   const double *anchor_pose, *target_pose, *body_pano, *anchor_camera, *target_camera;
-  double inverse_depth, time_offset;
+  double inverse_depth, anchor_time, target_time;  // offsets
 };
 
 Parameters Unpack(const double* const* p, bool same_frame, bool same_camera) {
@@ -24,7 +24,8 @@ Parameters Unpack(const double* const* p, bool same_frame, bool same_camera) {
   result.anchor_camera = *p++;
   result.target_camera = same_camera ? result.anchor_camera : *p++;
   result.inverse_depth = **p++;
-  result.time_offset = **p;
+  result.anchor_time = **p++;
+  result.target_time = same_camera ? result.anchor_time : **p;
   return result;
 }
 
@@ -46,39 +47,23 @@ class JacobianWriter {
 
 }  // namespace
 
-ImagePlace::ImagePlace(const Pose3& pose, const Vector6d& twist, double time_offset)
-    : T_world_body(pose) {
-  by_time_offset = twist;
-  if (time_offset == 0.0) return;
-  moved = true;
-  const Vector6d step = time_offset * twist;
-  T_world_body = BoxPlus(pose, step);
-  const Eigen::Matrix3d E_transposed =
-      ExpSo3(Eigen::Vector3d(step.tail<3>())).conjugate().toRotationMatrix();
-  by_pose << E_transposed, -E_transposed * Hat(step.head<3>()), Eigen::Matrix3d::Zero(),
-      E_transposed;
-  by_time_offset.head<3>() = E_transposed * twist.head<3>();
-}
-
 BearingFactor::BearingFactor(const BearingPair& pair) : pair_(pair) {
   set_num_residuals(2);
   auto& sizes = *mutable_parameter_block_sizes();
   sizes.assign((pair.same_frame ? 0U : 2U) + (same_camera() ? 2U : 3U), kPoseBlockSize);
-  sizes.insert(sizes.end(), {1, 1});
+  sizes.insert(sizes.end(), same_camera() ? 2U : 3U, 1);
 }
 
 bool BearingFactor::Evaluate(const double* const* parameters, double* residuals,
                              double** jacobians) const {
   const Parameters p = Unpack(parameters, pair_.same_frame, same_camera());
-  const ImagePlace anchor(LoadPose(p.anchor_pose), pair_.anchor_twist, p.time_offset);
-  const ImagePlace target(LoadPose(p.target_pose), pair_.target_twist, p.time_offset);
+  const ImagePlace anchor(LoadPose(p.anchor_pose), pair_.anchor_image, p.anchor_time);
+  const ImagePlace target(LoadPose(p.target_pose), pair_.target_image, p.target_time);
   const PanoramicRay anchor_ray = MakePanoramicRay(pair_.anchor, LoadPose(p.anchor_camera),
                                                    pair_.radius, pair_.mode, RayRole::kAnchor);
   const PanoramicRay target_ray = MakePanoramicRay(pair_.target, LoadPose(p.target_camera),
                                                    pair_.radius, pair_.mode, RayRole::kTarget);
-  const BearingGeometry geometry{anchor.T_world_body,
-                                 pair_.same_frame ? anchor.T_world_body : target.T_world_body,
-                                 LoadPose(p.body_pano)};
+  const BearingGeometry geometry{anchor.T_world_image, target.T_world_image, LoadPose(p.body_pano)};
   BearingJacobians j;
   const auto residual = BearingResidual(anchor_ray, p.inverse_depth, target_ray, geometry, &j);
   if (!residual) return false;
@@ -98,9 +83,14 @@ bool BearingFactor::Evaluate(const double* const* parameters, double* residuals,
     writer.Pose(j.target_camera, p.target_camera);
   }
   writer.Scalar(j.inverse_depth);
-  const Eigen::Vector2d by_time =
-      j.anchor * anchor.by_time_offset + j.target * target.by_time_offset;
-  writer.Scalar(pair_.same_frame ? Eigen::Vector2d(Eigen::Vector2d::Zero()) : by_time);
+  const Eigen::Vector2d by_anchor_time = j.anchor * anchor.by_time_offset;
+  const Eigen::Vector2d by_target_time = j.target * target.by_time_offset;
+  if (same_camera()) {
+    writer.Scalar(by_anchor_time + by_target_time);
+  } else {
+    writer.Scalar(by_anchor_time);
+    writer.Scalar(by_target_time);
+  }
   return true;
 }
 

@@ -5,26 +5,15 @@
 #include <ceres/cost_function.h>
 
 #include "mlvi/panorama/bearing_residual.h"
+#include "mlvi/vio/image_motion.h"
 
 namespace mlvi {
-
-// Where a body is at the instant of its images, which are taken `time_offset` s after the stamp at
-// which its pose is estimated; `twist` (body velocity and angular rate, body frame) is a constant.
-// To second order in the offset: calibrate it, then write it into the rig.
-struct ImagePlace {
-  ImagePlace(const Pose3& T_world_body, const Vector6d& twist, double time_offset);
-
-  Pose3 T_world_body;
-  bool moved = false;  // false: by_pose is the identity
-  Matrix6d by_pose = Matrix6d::Identity();
-  Vector6d by_time_offset = Vector6d::Zero();
-};
 
 // Two observations of one feature: where it is anchored and what it is compared with.
 struct BearingPair {
   PanoramicObservation anchor, target;
-  Vector6d anchor_twist = Vector6d::Zero(), target_twist = Vector6d::Zero();
-  bool same_frame = false;  // two cameras at one instant: poses do not matter
+  ImageMotion anchor_image = {}, target_image = {};  // constants
+  bool same_frame = false;  // two cameras in one set: its pose does not matter
   Compensation mode = Compensation::kRay;
   double radius = 10.0;      // m, of the sphere
   double pixel_sigma = 1.0;  // px
@@ -32,7 +21,8 @@ struct BearingPair {
 
 // bearing_residual.h as a cost function, residual in sigmas. Parameters (pose_block.h): pose of the
 // anchor's frame and of the target's (neither for same_frame), T_body_pano, T_pano_camera of the
-// anchor's camera and of the target's (once for one camera), inverse depth (1/m), time offset (s).
+// anchor's camera and of the target's (once for one camera), inverse depth (1/m), time offset (s) of
+// the anchor's camera and of the target's (once for one camera).
 // The window solves by its own normal equations (window_linearization.h), which evaluate the same
 // residual; batch problems and tests use this.
 class BearingFactor final : public ceres::CostFunction {

@@ -12,7 +12,7 @@ Rig CalibratedRig(Rig rig, const VioCalibration& calibration) {
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
     CameraSpec& camera = rig.cameras[i];
     camera.T_body_camera = calibration.T_body_pano * calibration.T_pano_camera[i];
-    camera.time_offset = camera.time_offset + Duration::FromSeconds(calibration.time_offset);
+    camera.time_offset = camera.time_offset + Duration::FromSeconds(calibration.time_offsets[i]);
   }
   return rig;
 }

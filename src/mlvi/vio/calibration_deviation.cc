@@ -30,7 +30,7 @@ CalibrationDeviation::Camera DeviationOf(const Pose3& T, const Pose3& T_nominal,
 CalibrationDeviation DeviationFromNominal(const VioCalibration& calibration,
                                           const VioCalibration& nominal, const WindowLayout& layout,
                                           const Eigen::MatrixXd& covariance) {
-  CalibrationDeviation result{.together = layout.has_rig(), .cameras = {}};
+  CalibrationDeviation result{.together = layout.has_rig(), .cameras = {}, .time_offsets = {}};
   const auto block = [&](int start) { return Matrix6d(covariance.block<6, 6>(start, start)); };
   const std::size_t cameras = calibration.T_pano_camera.size();
   for (std::size_t i = 0; i < cameras && (layout.has_rig() || layout.has_cameras()); ++i) {
@@ -40,9 +40,11 @@ CalibrationDeviation DeviationFromNominal(const VioCalibration& calibration,
             : DeviationOf(calibration.T_pano_camera[i], nominal.T_pano_camera[i],
                           block(layout.camera(static_cast<int>(i)))));
   }
-  if (layout.has_time()) {
-    result.time_offset = calibration.time_offset - nominal.time_offset;
-    result.time_offset_sigma = std::sqrt(covariance(layout.time(), layout.time()));
+  for (int i = 0; i < layout.times(); ++i) {
+    const auto camera = static_cast<std::size_t>(i);
+    result.time_offsets.push_back(
+        {.seconds = calibration.time_offsets[camera] - nominal.time_offsets[camera],
+         .sigma = std::sqrt(covariance(layout.time(i), layout.time(i)))});
   }
   return result;
 }

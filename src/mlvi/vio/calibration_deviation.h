@@ -16,9 +16,12 @@ struct CalibrationDeviation {
     double rotation = 0.0, rotation_sigma = 0.0;        // rad
     double translation = 0.0, translation_sigma = 0.0;  // m
   };
+  struct TimeOffset {
+    double seconds = 0.0, sigma = 0.0;  // s; images are taken this much later than the file says
+  };
   bool together = false;        // all cameras move as one, about S: the same deviation for each
   std::vector<Camera> cameras;  // empty: extrinsics are not estimated
-  double time_offset = 0.0, time_offset_sigma = 0.0;  // s; the sigma is 0 when it is not estimated
+  std::vector<TimeOffset> time_offsets;  // per camera; empty: not estimated
 };
 
 // `covariance`: of the calibration's coordinates, as `layout` orders them.

@@ -13,6 +13,7 @@ VioCalibration TwoCameras() {
   VioCalibration calibration;
   calibration.T_pano_camera = {Pose3(ExpSo3({0.3, -1.2, 0.4}), {0.1, 0.0, 0.05}),
                                Pose3(ExpSo3({-0.8, 0.2, 2.0}), {-0.1, 0.02, 0.0})};
+  calibration.time_offsets = {0.001, 0.002};
   return calibration;
 }
 
@@ -23,12 +24,12 @@ TEST(CalibrationDeviationTest, IsTheAngleAndTheWayWithSigmasAlongThem) {
   Pose3& T = calibration.T_pano_camera[1];
   T = Pose3(T.rotation() * ExpSo3({0.0, 0.02, 0.0}),
             T.translation() + T.R() * Eigen::Vector3d(0.0, 0.0, -0.05));
-  calibration.time_offset = -0.003;
+  calibration.time_offsets[1] = -0.001;
   const WindowLayout layout(1, 2, config);
   Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(layout.calibration_size(), 1.0);
   sigmas[layout.camera(1) + 2] = 0.004;  // position along the camera's z
   sigmas[layout.camera(1) + 4] = 0.001;  // rotation about its y
-  sigmas[layout.time()] = 0.0002;
+  sigmas[layout.time(1)] = 0.0002;
   const CalibrationDeviation deviation = DeviationFromNominal(
       calibration, nominal, layout, sigmas.cwiseAbs2().asDiagonal().toDenseMatrix());
   ASSERT_EQ(deviation.cameras.size(), 2U);
@@ -39,12 +40,14 @@ TEST(CalibrationDeviationTest, IsTheAngleAndTheWayWithSigmasAlongThem) {
   EXPECT_NEAR(deviation.cameras[1].translation, 0.05, 1e-12);
   // The shift is seen in the turned axes: 0.02 rad of the 1 m that is known across.
   EXPECT_NEAR(deviation.cameras[1].translation_sigma, std::hypot(0.004, std::sin(0.02)), 1e-4);
-  EXPECT_EQ(deviation.time_offset, -0.003);
-  EXPECT_NEAR(deviation.time_offset_sigma, 0.0002, 1e-12);
+  ASSERT_EQ(deviation.time_offsets.size(), 2U);
+  EXPECT_EQ(deviation.time_offsets[0].seconds, 0.0);
+  EXPECT_EQ(deviation.time_offsets[1].seconds, -0.003);
+  EXPECT_NEAR(deviation.time_offsets[1].sigma, 0.0002, 1e-12);
 }
 
-// Cameras that move as one have one deviation; the time offset may be all that is estimated.
-TEST(CalibrationDeviationTest, OfTheWholeRigAndOfTheTimeOffsetAlone) {
+// Cameras that move as one have one deviation; time offsets may be all that is estimated.
+TEST(CalibrationDeviationTest, OfTheWholeRigAndOfTimeOffsetsAlone) {
   WindowConfig config;
   config.extrinsics = ExtrinsicsCalibration::kRig;
   const VioCalibration nominal = TwoCameras();
@@ -63,9 +66,13 @@ TEST(CalibrationDeviationTest, OfTheWholeRigAndOfTheTimeOffsetAlone) {
   }
   config.extrinsics = ExtrinsicsCalibration::kOff;
   const CalibrationDeviation time = DeviationFromNominal(
-      calibration, nominal, WindowLayout(1, 2, config), Eigen::MatrixXd::Constant(1, 1, 4e-6));
+      calibration, nominal, WindowLayout(1, 2, config), 4e-6 * Eigen::MatrixXd::Identity(2, 2));
   EXPECT_TRUE(time.cameras.empty());
-  EXPECT_NEAR(time.time_offset_sigma, 0.002, 1e-12);
+  ASSERT_EQ(time.time_offsets.size(), 2U);
+  EXPECT_NEAR(time.time_offsets[1].sigma, 0.002, 1e-12);
+  config.time_offset = false;
+  EXPECT_TRUE(DeviationFromNominal(calibration, nominal, WindowLayout(1, 2, config), {})
+                  .time_offsets.empty());
 }
 
 }  // namespace

@@ -15,11 +15,11 @@ void FrameHistory::AddSamples(std::span<const ImuSample> samples) {
   }
 }
 
-FrameId FrameHistory::AddFrame(FrameId id, Time stamp) {
+FrameId FrameHistory::AddFrame(FrameId id, Time stamp, std::vector<Duration> delays) {
   MLVI_CHECK(frames_.empty() || (id > frames_.back().id && stamp > frames_.back().stamp),
              "frame {} at {} after frame {} at {}", id.value(), ToString(stamp),
              frames_.back().id.value(), ToString(frames_.back().stamp));
-  frames_.push_back({id, stamp, std::nullopt});
+  frames_.push_back({.id = id, .stamp = stamp, .delays = std::move(delays)});
   const Time oldest = stamp - memory_;
   std::erase_if(frames_, [&](const Frame& frame) { return frame.stamp < oldest; });
   // One sample before the oldest frame stays, so that its instant is covered.
@@ -27,6 +27,19 @@ FrameId FrameHistory::AddFrame(FrameId id, Time stamp) {
                                 [](const ImuSample& s, Time time) { return s.stamp < time; });
   if (first != samples_.begin()) samples_.erase(samples_.begin(), first - 1);
   return frames_.front().id;
+}
+
+void FrameHistory::SetImagePlaces(FrameId id, std::vector<Pose3> T_body_image) {
+  for (Frame& frame : frames_) {
+    if (frame.id == id) frame.T_body_image = std::move(T_body_image);
+  }
+}
+
+Pose3 FrameHistory::ImagePlace(FrameId id, int camera, const Pose3& T_body_pano) const {
+  const Frame* frame = Find(id);
+  if (frame == nullptr || frame->T_body_image.empty()) return {};
+  return T_body_pano.inverse() * frame->T_body_image[static_cast<std::size_t>(camera)] *
+         T_body_pano;
 }
 
 void FrameHistory::SetPose(FrameId id, const Pose3& T_world_body) {

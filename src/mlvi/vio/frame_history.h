@@ -17,7 +17,11 @@ class FrameHistory {
   struct Frame {
     FrameId id;
     Time stamp;
-    std::optional<Pose3> T_world_body;  // once known
+    std::optional<Pose3> T_world_body = {};  // once known
+    // Per camera, or empty where all images are of the stamp: when its image was taken, and where
+    // the body was then, in the body at the stamp.
+    std::vector<Duration> delays = {};
+    std::vector<Pose3> T_body_image = {};
   };
 
   explicit FrameHistory(Duration memory) : memory_(memory) {}
@@ -25,7 +29,8 @@ class FrameHistory {
   // Samples not newer than the last one are ignored.
   void AddSamples(std::span<const ImuSample> samples);
   // Returns the oldest frame that is remembered. Contract: ids and stamps rise.
-  FrameId AddFrame(FrameId id, Time stamp);
+  FrameId AddFrame(FrameId id, Time stamp, std::vector<Duration> delays = {});
+  void SetImagePlaces(FrameId id, std::vector<Pose3> T_body_image);
   void SetPose(FrameId id, const Pose3& T_world_body);
   void ForgetPoses();
 
@@ -37,6 +42,8 @@ class FrameHistory {
   // gyroscope.
   PredictedMotion Motion(FrameId earlier, FrameId now, const Pose3& T_body_pano,
                          const Eigen::Vector3d& gyroscope_bias) const;
+  // The pano frame at the instant of one camera's image in that at the stamp of its set.
+  Pose3 ImagePlace(FrameId id, int camera, const Pose3& T_body_pano) const;
 
  private:
   Duration memory_;

@@ -93,5 +93,16 @@ TEST_F(FrameHistoryMotion, IsNoneBeyondTheMemory) {
   EXPECT_EQ(motion.R_earlier_current.w(), 1.0);
 }
 
+// In axes of the pano frame; identity where nothing was told, and for frames that are forgotten.
+TEST_F(FrameHistoryMotion, ImagesHavePlacesOfTheirOwn) {
+  const Pose3 moved(ExpSo3({0.01, -0.02, 0.03}), {0.01, 0.02, -0.01});
+  history_.SetImagePlaces(FrameId(4), {Pose3(), moved});
+  const Pose3 expected = T_body_pano_.inverse() * moved * T_body_pano_;
+  EXPECT_LT(BoxMinus(history_.ImagePlace(FrameId(4), 1, T_body_pano_), expected).norm(), 1e-12);
+  EXPECT_LT(BoxMinus(history_.ImagePlace(FrameId(4), 0, T_body_pano_), Pose3()).norm(), 1e-12);
+  EXPECT_LT(BoxMinus(history_.ImagePlace(FrameId(5), 1, T_body_pano_), Pose3()).norm(), 1e-12);
+  EXPECT_LT(BoxMinus(history_.ImagePlace(FrameId(99), 1, T_body_pano_), Pose3()).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace mlvi

@@ -41,14 +41,17 @@ int LidarDepth::Associate(VioWindow& window, const WindowConfig& config) {
   const auto T_window_lidar = FindPlacement(window);
   if (!T_window_lidar) return 0;
   const WindowFrame& frame = window.frames.back();
-  const Pose3 T_lidar_pano =
-      T_window_lidar->inverse() * frame.state.T_world_body * window.calibration.T_body_pano;
+  const Pose3 T_world_pano = frame.state.T_world_body * window.calibration.T_body_pano;
+  const Pose3 T_lidar_pano = T_window_lidar->inverse() * T_world_pano;
+  const Pose3 T_pano_world = T_world_pano.inverse();
   const SphericalDepthMap map(accumulator_.points(), T_lidar_pano, config_);
   int found = 0;
   for (WindowFeature& feature : window.features) {
     if (feature.lidar || feature.observations.back().frame != frame.id) continue;
     const PanoramicObservation& o = feature.observations.back().observation;
-    const Pose3& T_pano_camera =
+    // In the pano frame at the set's stamp, from where the camera was at its image's.
+    const Pose3 T_pano_camera =
+        T_pano_world * BodyAtImage(window, frame.id, o.camera) * window.calibration.T_body_pano *
         window.calibration.T_pano_camera[static_cast<std::size_t>(o.camera)];
     const Ray ray{T_pano_camera.translation(), T_pano_camera.rotation() * o.bearing_camera,
                   config.pixel_sigma / o.resolution()};

@@ -21,12 +21,14 @@ class LidarDepthTest : public ::testing::Test {
     window_.calibration.T_body_pano = model_.T_body_pano();
     for (int i = 0; i < model_.cameras(); ++i) {
       window_.calibration.T_pano_camera.push_back(model_.T_pano_camera(i));
+      window_.calibration.time_offsets.push_back(0.0);
     }
     for (int i = 0; i <= 4; ++i) {
       WindowFrame frame{.id = FrameId(i), .imu = {}, .first_estimate = {}};
       frame.state.stamp = At(0.1 * i);
       frame.state.T_world_body = T_window_room_ * BodyInRoom(0.1 * i);
       frame.state.v_world_body = T_window_room_.rotation() * Eigen::Vector3d(kSpeed, 0.0, 0.0);
+      frame.images.resize(static_cast<std::size_t>(model_.cameras()));
       window_.frames.push_back(frame);
     }
   }

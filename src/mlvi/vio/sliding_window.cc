@@ -52,23 +52,24 @@ void SlidingWindow::Clear() {
   window_.calibration = believed_;
 }
 
-void SlidingWindow::Start(FrameId frame, const OdometryEstimate& state,
-                          const Eigen::Vector3d& angular_rate, const TrackStore& tracks) {
+void SlidingWindow::Start(const FrameImages& images, const OdometryEstimate& state,
+                          std::span<const ImuSample> samples, const TrackStore& tracks) {
   Clear();
-  window_.frames.push_back({.id = frame,
+  window_.frames.push_back({.id = images.frame,
                             .state = state.state,
                             .keyframe = true,
                             .imu = {},
                             .first_estimate = {},
-                            .angular_rate = angular_rate});
+                            .timings = TimeImages(images, state.state.bias, samples)});
   window_.frames.front().Freeze();
+  PrepareFrames();
   // The frame's coordinates are the error state's, turned; so the inverse is the transpose.
   const Matrix15d by_error = ErrorByFrameStep(state.state.T_world_body.R()).transpose();
   Matrix15d covariance = by_error * state.covariance * by_error.transpose();
   covariance = (0.5 * (covariance + covariance.transpose())).eval();
   covariance.diagonal() = covariance.diagonal().cwiseMax(SmallestVariance()).eval();
   window_.prior = FirstPrior(window_, covariance);
-  AddObservations(window_, frame, tracks);
+  AddObservations(window_, images.frame, tracks);
   InitializeDepths(window_, config_);
 }
 
@@ -79,25 +80,40 @@ NavState SlidingWindow::Predict(std::span<const ImuSample> samples, Time stamp) 
   return mlvi::Predict(newest, Preintegrate(between, newest.bias, imu_), gravity_);
 }
 
-void SlidingWindow::Add(FrameId frame, Time stamp, std::span<const ImuSample> samples,
+void SlidingWindow::Add(const FrameImages& images, std::span<const ImuSample> samples,
                         const TrackStore& tracks) {
   const NavState& newest = window_.frames.back().state;
-  WindowFrame added{.id = frame,
-                    .imu = Connect(samples, newest.stamp, stamp, newest.bias, imu_),
-                    .first_estimate = {}};
+  WindowFrame added{.id = images.frame,
+                    .imu = Connect(samples, newest.stamp, images.stamp, newest.bias, imu_),
+                    .first_estimate = {},
+                    .timings = TimeImages(images, newest.bias, samples)};
   added.state = mlvi::Predict(newest, added.imu->motion, gravity_);
-  added.angular_rate = added.imu->samples.back().angular_velocity;
   window_.frames.push_back(std::move(added));
   PrepareFrames();
-  AddObservations(window_, frame, tracks);
+  AddObservations(window_, images.frame, tracks);
   InitializeDepths(window_, config_);
+}
+
+std::vector<ImageTiming> SlidingWindow::TimeImages(const FrameImages& images, const ImuBias& bias,
+                                                   std::span<const ImuSample> samples) const {
+  const std::size_t cameras = window_.calibration.T_pano_camera.size();
+  MLVI_CHECK(images.delays.empty() || images.delays.size() == cameras, "{} delays of {} cameras",
+             images.delays.size(), cameras);
+  std::vector<ImageTiming> timings;
+  for (std::size_t c = 0; c < cameras; ++c) {
+    const Duration delay = images.delays.empty() ? Duration() : images.delays[c];
+    timings.push_back(TimeImage(samples, images.stamp, delay, bias, imu_));
+  }
+  return timings;
 }
 
 void SlidingWindow::PrepareFrames() {
   for (std::size_t i = 0; i < window_.frames.size(); ++i) {
     WindowFrame& frame = window_.frames[i];
-    frame.twist << frame.state.T_world_body.rotation().conjugate() * frame.state.v_world_body,
-        frame.angular_rate - frame.state.bias.gyroscope;
+    frame.images.clear();
+    for (const ImageTiming& timing : frame.timings) {
+      frame.images.push_back(MotionOfImage(timing, frame.state, gravity_));
+    }
     if (i == 0) continue;
     const WindowFrame& before = window_.frames[i - 1];
     if (NeedsIntegration(frame.imu->motion, before.state.bias, config_.max_bias_change)) {

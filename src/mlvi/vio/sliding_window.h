@@ -14,6 +14,14 @@
 
 namespace mlvi {
 
+// When a set of images was taken.
+struct FrameImages {
+  FrameId frame;
+  Time stamp;
+  std::vector<Duration> delays = {};  // per camera, of its image's stamp against `stamp`, <= 0;
+                                      // empty: none
+};
+
 // What the window says after a solution.
 struct WindowEstimate {
   bool solved = false;
@@ -39,14 +47,14 @@ class SlidingWindow {
   bool started() const { return !window_.frames.empty(); }
   // Begins (anew) with one frame whose state is known. Variances of zero are raised to what no
   // sensor knows better. Calibration stays as it was in the last round that came to Slide.
-  void Start(FrameId frame, const OdometryEstimate& state, const Eigen::Vector3d& angular_rate,
-             const TrackStore& tracks);
+  void Start(const FrameImages& images, const OdometryEstimate& state,
+             std::span<const ImuSample> samples, const TrackStore& tracks);
   void Clear();
 
   // The state at `stamp` by the IMU alone. `samples` reach from the newest frame to there.
   NavState Predict(std::span<const ImuSample> samples, Time stamp) const;
-  // A frame at `stamp`, predicted as above, and what the tracks saw in it.
-  void Add(FrameId frame, Time stamp, std::span<const ImuSample> samples, const TrackStore& tracks);
+  // A frame at the stamp of a set, predicted as above, and what the tracks saw in it.
+  void Add(const FrameImages& images, std::span<const ImuSample> samples, const TrackStore& tracks);
   // The newest frame stands still, to `velocity_sigma` m/s per axis.
   void AddRest(double velocity_sigma) { window_.frames.back().rest_sigma = velocity_sigma; }
   WindowEstimate Solve();
@@ -60,6 +68,8 @@ class SlidingWindow {
   const WindowConfig& config() const { return config_; }
 
  private:
+  std::vector<ImageTiming> TimeImages(const FrameImages& images, const ImuBias& bias,
+                                      std::span<const ImuSample> samples) const;
   void PrepareFrames();
   void Report(const WindowSolution& solution, WindowEstimate& estimate) const;
 

@@ -35,7 +35,9 @@ struct SyntheticOptions {
   double drift = 0.0;         // px, of the tracked place from one set to the next
   double min_distance = 1.5, max_distance = 8.0;  // m, of points from the path
   double seconds = 10.0;
-  double time_offset = 0.0;  // s; images are taken this much later than stamped
+  // s, per camera (those that are missing: 0): its images are stamped this much before the set,
+  std::vector<double> advances;
+  std::vector<double> time_offsets;  // and taken this much later than stamped.
   // The cameras as they are, relative to where the estimator has them.
   Pose3 T_nominal_true;
   std::uint64_t seed = 1;
@@ -83,6 +85,12 @@ class SyntheticRecording {
 
   int sets() const { return static_cast<int>(options_.seconds * options_.set_rate); }
   FrameId frame() const { return FrameId(set_); }
+  FrameImages images() const {
+    FrameImages images{.frame = frame(), .stamp = stamp()};
+    for (int i = 0; i < options_.cameras; ++i)
+      images.delays.push_back(-Duration::FromSeconds(Of(options_.advances, i)));
+    return images;
+  }
   Time stamp() const { return testing::Walk::At(seconds()); }
   double seconds() const { return set_ / options_.set_rate; }
   NavState Truth() const {
@@ -117,11 +125,17 @@ class SyntheticRecording {
     VioCalibration calibration{.T_body_pano = model_->T_body_pano(), .radius = model_->radius()};
     for (int i = 0; i < model_->cameras(); ++i) {
       calibration.T_pano_camera.push_back(model_->T_pano_camera(i));
+      calibration.time_offsets.push_back(0.0);
     }
     return calibration;
   }
 
  private:
+  static double Of(const std::vector<double>& values, int camera) {
+    const auto index = static_cast<std::size_t>(camera);
+    return index < values.size() ? values[index] : 0.0;
+  }
+
   void MakeImu() {
     samples_ = options_.walk.Samples(0.0, options_.seconds + 1.0, options_.imu.rate_hz);
     RandomStream random(options_.seed, "synthetic imu");
@@ -149,9 +163,10 @@ class SyntheticRecording {
     }
   }
 
-  // Where the true camera is when the images are taken.
+  // Where the true camera is when its image is taken.
   Pose3 CameraPose(int camera) const {
-    const Pose3 T_world_body = options_.walk.State(seconds() + options_.time_offset).T_world_body;
+    const double late = Of(options_.time_offsets, camera) - Of(options_.advances, camera);
+    const Pose3 T_world_body = options_.walk.State(seconds() + late).T_world_body;
     return T_world_body * true_model_->T_body_pano() * true_model_->T_pano_camera(camera);
   }
 
@@ -251,11 +266,11 @@ inline SyntheticRun RunWindow(const SyntheticOptions& options, const WindowConfi
                        recording.NominalCalibration());
   SyntheticRun run;
   recording.Advance();
-  window.Start(recording.frame(), recording.DisturbedTruth(sigmas),
-               recording.samples().front().angular_velocity, recording.tracks());
+  window.Start(recording.images(), recording.DisturbedTruth(sigmas), recording.samples(),
+               recording.tracks());
   for (int set = 1; set < recording.sets(); ++set) {
     recording.Advance();
-    window.Add(recording.frame(), recording.stamp(), recording.samples(), recording.tracks());
+    window.Add(recording.images(), recording.samples(), recording.tracks());
     if (before_solving) before_solving(recording, window);
     run.estimates.push_back(window.Solve());
     run.truth.push_back(recording.Truth());

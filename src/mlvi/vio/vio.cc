@@ -26,6 +26,7 @@ VioCalibration CalibrationOf(const PanoramaModel& model) {
   VioCalibration calibration{.T_body_pano = model.T_body_pano(), .radius = model.radius()};
   for (int i = 0; i < model.cameras(); ++i) {
     calibration.T_pano_camera.push_back(model.T_pano_camera(i));
+    calibration.time_offsets.push_back(0.0);
   }
   return calibration;
 }
@@ -53,7 +54,10 @@ struct Vio::Impl {
         history(Duration::FromSeconds(config.imu_memory)) {}
 
   VioResult Process(const ImageSet& set, std::span<const ImuSample> imu);
-  void Remember(std::span<const ImuSample> imu, Time now);
+  FrameImages ImagesOf(const ImageSet& set) const;
+  void Remember(std::span<const ImuSample> imu, const ImageSet& set);
+  std::vector<Pose3> ImagePlaces(const FrameImages& images,
+                                 const std::optional<NavState>& state) const;
   std::optional<OdometryEstimate> PropagatedStart(Time stamp) const;
   void TryStart(const ImageSet& set, VioResult& result);
   std::vector<FrameInstant> StartFrames() const;
@@ -110,7 +114,7 @@ std::span<const Track> Vio::tracks() const { return impl_->tracker.tracks().trac
 VioResult Vio::Impl::Process(const ImageSet& set, std::span<const ImuSample> imu) {
   VioResult result;
   frame = FrameId(frame.value() + 1);
-  Remember(imu, set.stamp);
+  Remember(imu, set);
   const std::optional<OdometryEstimate> start = PropagatedStart(set.stamp);
   std::optional<NavState> predicted;
   if (start) {
@@ -129,9 +133,36 @@ VioResult Vio::Impl::Process(const ImageSet& set, std::span<const ImuSample> imu
   return result;
 }
 
-void Vio::Impl::Remember(std::span<const ImuSample> imu, Time now) {
+FrameImages Vio::Impl::ImagesOf(const ImageSet& set) const {
+  FrameImages images{.frame = frame, .stamp = set.stamp};
+  images.delays.resize(static_cast<std::size_t>(tracker.model().cameras()));
+  for (const Image& image : set.images) {
+    images.delays[static_cast<std::size_t>(image.camera)] = image.stamp - set.stamp;
+  }
+  return images;
+}
+
+void Vio::Impl::Remember(std::span<const ImuSample> imu, const ImageSet& set) {
   history.AddSamples(imu);
-  tracker.tracks().ForgetBefore(history.AddFrame(frame, now));
+  tracker.tracks().ForgetBefore(history.AddFrame(frame, set.stamp, ImagesOf(set).delays));
+}
+
+// Where the body is at the instant of each image, in the body at the set's stamp: without a state
+// only how it is turned. Empty without IMU.
+std::vector<Pose3> Vio::Impl::ImagePlaces(const FrameImages& images,
+                                          const std::optional<NavState>& state) const {
+  std::vector<Pose3> places;
+  if (history.samples().empty()) return places;
+  const NavState at = state.value_or(NavState());
+  for (std::size_t c = 0; c < images.delays.size(); ++c) {
+    const ImageTiming timing =
+        TimeImage(history.samples(), images.stamp, images.delays[c], at.bias, imu_spec);
+    const ImagePlace place(Pose3(), MotionOfImage(timing, at, gravity),
+                           window.window().calibration.time_offsets[c]);
+    places.push_back(state ? place.T_world_image
+                           : Pose3(place.T_world_image.rotation(), Eigen::Vector3d::Zero()));
+  }
+  return places;
 }
 
 // The pending start, carried to `stamp` by the IMU.
@@ -173,7 +204,7 @@ std::vector<FrameInstant> Vio::Impl::StartFrames() const {
         (frames.back().stamp - seen->stamp).seconds() < config.start.frame_interval) {
       continue;
     }
-    frames.push_back({seen->id, seen->stamp});
+    frames.push_back({seen->id, seen->stamp, seen->delays});
   }
   std::reverse(frames.begin(), frames.end());
   return frames;
@@ -198,6 +229,7 @@ Expected<OdometryEstimate> Vio::Impl::FirstState() const {
 TrackingSummary Vio::Impl::Track(const ImageSet& set, const std::optional<NavState>& predicted) {
   const StageTimes::Scope scope(times, "vio_tracking");
   if (predicted) history.SetPose(frame, predicted->T_world_body);
+  history.SetImagePlaces(frame, ImagePlaces(ImagesOf(set), predicted));
   return tracker.Process(frame, set.images, Hints(frame));
 }
 
@@ -207,6 +239,9 @@ TrackingHints Vio::Impl::Hints(FrameId now) const {
     return history.Motion(earlier, now, tracker.model().T_body_pano(),
                           window.started() ? window.window().frames.back().state.bias.gyroscope
                                            : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  };
+  hints.image_place = [this](FrameId seen_in, int camera) {
+    return history.ImagePlace(seen_in, camera, tracker.model().T_body_pano());
   };
   if (window.started()) {
     hints.inverse_depth = [this](TrackId track) {
@@ -220,7 +255,7 @@ void Vio::Impl::Begin(const ImageSet& set, const OdometryEstimate& start, VioRes
   pending_start.reset();
   failure_reason.clear();
   failure.Reset();
-  window.Start(frame, start, history.samples().back().angular_velocity, tracker.tracks());
+  window.Start(ImagesOf(set), start, history.samples(), tracker.tracks());
   result.status = VioResult::Status::kTracking;
   result.estimate = start;
   result.estimate->state.stamp = set.stamp;
@@ -239,7 +274,7 @@ bool Vio::Impl::AtRest(Time now) const {
 }
 
 void Vio::Impl::Estimate(const ImageSet& set, const NavState& predicted, VioResult& result) {
-  window.Add(frame, set.stamp, history.samples(), tracker.tracks());
+  window.Add(ImagesOf(set), history.samples(), tracker.tracks());
   if (AtRest(set.stamp)) window.AddRest(config.rest.velocity_sigma);
   const bool due = !last_search.valid() ||
                    set.stamp - last_search >= Duration::FromSeconds(config.depth.interval);

@@ -27,8 +27,38 @@ constexpr int kFewestViews = 3;
 constexpr double kBiasStep = 1e-3;  // rad/s
 constexpr int kMaxPaths = 4;
 
+// Images nearer to the stamp of their set are taken as of it.
+constexpr Duration kTogether = Duration::FromNanoseconds(500'000);
+
+// When the image of a camera was taken.
+Time InstantOf(const FrameInstant& frame, int camera) {
+  const auto index = static_cast<std::size_t>(camera);
+  const Duration delay = index < frame.delays.size() ? frame.delays[index] : Duration();
+  return -delay < kTogether ? frame.stamp : frame.stamp + delay;
+}
+
+// Of all frames and their images, from the first frame on, ascending.
+std::vector<Time> InstantsOf(std::span<const FrameInstant> frames) {
+  std::vector<Time> instants;
+  for (const FrameInstant& frame : frames) {
+    instants.push_back(frame.stamp);
+    for (std::size_t c = 0; c < frame.delays.size(); ++c) {
+      instants.push_back(std::max(frames.front().stamp, InstantOf(frame, static_cast<int>(c))));
+    }
+  }
+  std::sort(instants.begin(), instants.end());
+  instants.erase(std::unique(instants.begin(), instants.end()), instants.end());
+  return instants;
+}
+
+std::size_t IndexOf(std::span<const Time> instants, Time instant) {
+  return static_cast<std::size_t>(std::lower_bound(instants.begin(), instants.end(), instant) -
+                                  instants.begin());
+}
+
 std::vector<internal::FeatureViews> ViewsWithin(const StartData& data) {
   std::vector<internal::FeatureViews> features;
+  const std::vector<Time> instants = InstantsOf(data.frames);
   for (const Track& track : data.tracks) {
     internal::FeatureViews views;
     for (const TrackObservation& seen : track.observations) {
@@ -36,7 +66,9 @@ std::vector<internal::FeatureViews> ViewsWithin(const StartData& data) {
           std::lower_bound(data.frames.begin(), data.frames.end(), seen.frame,
                            [](const FrameInstant& f, const FrameId& id) { return f.id < id; });
       if (frame == data.frames.end() || frame->id != seen.frame) continue;
-      views.push_back({static_cast<std::size_t>(frame - data.frames.begin()), seen.observation});
+      const Time instant = InstantOf(*frame, seen.observation.camera);
+      if (instant < instants.front()) continue;
+      views.push_back({IndexOf(instants, instant), seen.observation});
     }
     if (static_cast<int>(views.size()) >= kFewestViews) features.push_back(std::move(views));
   }
@@ -88,12 +120,6 @@ Initialization RestAt(const Initialization& rest, std::span<const FrameInstant> 
   start.states.assign(frames.size(), rest.states.back());
   for (std::size_t k = 0; k < frames.size(); ++k) start.states[k].stamp = frames[k].stamp;
   return start;
-}
-
-std::vector<Time> InstantsOf(std::span<const FrameInstant> frames) {
-  std::vector<Time> instants;
-  for (const FrameInstant& frame : frames) instants.push_back(frame.stamp);
-  return instants;
 }
 
 struct Alignment {
@@ -221,9 +247,9 @@ Initialization StatesOf(const StartData& data, const internal::RefinedAlignment&
   const Pose3 T_world_first(R_world_first, Eigen::Vector3d::Zero());
   Initialization start{.method = "visual-inertial", .rms_residual = refined.rms};
   const std::vector<InertialPath::Step> steps = path.Steps(unknowns);
-  for (std::size_t k = 0; k < steps.size(); ++k) {
-    const InertialPath::Step& step = steps[k];
-    start.states.push_back({.stamp = instants[k],
+  for (const FrameInstant& frame : data.frames) {
+    const InertialPath::Step& step = steps[IndexOf(instants, frame.stamp)];
+    start.states.push_back({.stamp = frame.stamp,
                             .T_world_body = T_world_first * step.T_first_body,
                             .v_world_body = R_world_first * step.velocity,
                             .bias = unknowns.bias});

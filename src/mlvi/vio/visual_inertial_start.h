@@ -31,6 +31,7 @@ struct VisualInertialStartConfig {
 struct FrameInstant {
   FrameId id;
   Time stamp;
+  std::vector<Duration> delays = {};  // per camera, of its image, <= 0; empty: none
 };
 
 // What a start is made from. Tracks are read where they were seen in `frames`.

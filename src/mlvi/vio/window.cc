@@ -73,7 +73,9 @@ void MoveWindow(VioWindow& window, const WindowLayout& layout, const Eigen::Vect
       T = BoxPlus(T, Vector6d(d.segment<6>(layout.camera(static_cast<int>(i)))));
     }
   }
-  if (layout.has_time()) c.time_offset += d[layout.time()];
+  for (int i = 0; i < layout.times(); ++i) {
+    c.time_offsets[static_cast<std::size_t>(i)] += d[layout.time(i)];
+  }
 }
 
 Eigen::VectorXd CalibrationStep(const VioCalibration& from, const VioCalibration& to,
@@ -88,7 +90,10 @@ Eigen::VectorXd CalibrationStep(const VioCalibration& from, const VioCalibration
           BoxMinus(to.T_pano_camera[i], from.T_pano_camera[i]);
     }
   }
-  if (layout.has_time()) step[layout.time()] = to.time_offset - from.time_offset;
+  for (int i = 0; i < layout.times(); ++i) {
+    const auto camera = static_cast<std::size_t>(i);
+    step[layout.time(i)] = to.time_offsets[camera] - from.time_offsets[camera];
+  }
   return step;
 }
 

@@ -13,6 +13,7 @@
 #include "mlvi/imu/preintegration.h"
 #include "mlvi/panorama/panorama_model.h"
 #include "mlvi/panorama/track_store.h"
+#include "mlvi/vio/image_motion.h"
 #include "mlvi/vio/window_config.h"
 
 namespace mlvi {
@@ -49,10 +50,10 @@ struct WindowFrame {
   std::optional<NavState> first_estimate;
   Vector15d step = Vector15d::Zero();
   double rest_sigma = 0.0;  // m/s; the body stands still to this, per axis; 0: nothing is known
-  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  // rad/s, as the gyroscope read it
-  // Body velocity and angular rate less the bias, body frame: constants while the window is solved.
-  // They move the pose from the stamp to the instant of the images when a time offset is estimated.
-  Vector6d twist = Vector6d::Zero();
+  // Per camera: when its image was taken, and what that means for the present state; the latter is
+  // a constant while the window is solved.
+  std::vector<ImageTiming> timings;
+  std::vector<ImageMotion> images;
 
   const NavState& linearization() const { return first_estimate ? *first_estimate : state; }
   void Move(const Vector15d& d);
@@ -85,8 +86,8 @@ struct WindowFeature {
 struct VioCalibration {
   Pose3 T_body_pano;
   std::vector<Pose3> T_pano_camera;
-  double time_offset = 0.0;  // s; images are taken this much later than stamped
-  double radius = 10.0;      // m, of the sphere; matters to `none` and `plane` only
+  std::vector<double> time_offsets;  // s, per camera; images are taken this much later than stamped
+  double radius = 10.0;              // m, of the sphere; matters to `none` and `plane` only
 };
 
 // Which coordinates a step of the window has: frames first, calibration behind.
@@ -97,25 +98,27 @@ class WindowLayout {
       : frames_(frames),
         cameras_(config.extrinsics == ExtrinsicsCalibration::kCameras ? cameras : 0),
         rig_(config.extrinsics == ExtrinsicsCalibration::kRig),
-        time_(config.time_offset) {}
+        times_(config.time_offset ? cameras : 0) {}
 
   int frames() const { return frames_; }
   bool has_rig() const { return rig_; }
   bool has_cameras() const { return cameras_ > 0; }
-  bool has_time() const { return time_; }
+  bool has_times() const { return times_ > 0; }
+  int times() const { return times_; }  // one per camera, or none
   int frame(int i) const { return frame_index::kSize * i; }
   int calibration() const { return frame_index::kSize * frames_; }
-  int calibration_size() const { return 6 * (cameras_ + (rig_ ? 1 : 0)) + (time_ ? 1 : 0); }
+  int calibration_size() const { return 6 * (cameras_ + (rig_ ? 1 : 0)) + times_; }
   int size() const { return calibration() + calibration_size(); }
   // Within the calibration.
   int rig() const { return 0; }
   int camera(int i) const { return 6 * i; }
-  int time() const { return calibration_size() - 1; }
+  int time(int camera) const { return calibration_size() - times_ + camera; }
 
  private:
   int frames_ = 0;
   int cameras_ = 0;
-  bool rig_ = false, time_ = false;
+  bool rig_ = false;
+  int times_ = 0;
 };
 
 // What has left the window: residual(step) = residual + sqrt_information * step, with `step` the

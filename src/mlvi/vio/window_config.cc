@@ -24,9 +24,13 @@ void WindowConfig::Declare(ConfigDeclaration& d) {
           {1e-6, 1.0});
   d.Field("extrinsics_translation_sigma", extrinsics_translation_sigma, "m",
           "How well the rig file knows the place of cameras", {1e-6, 1.0});
-  d.Field("time_offset", time_offset, "Estimate how much later than their stamps images are taken");
+  d.Field("time_offset", time_offset,
+          "Estimate how much later than their stamps images of each camera are taken");
   d.Field("time_offset_sigma", time_offset_sigma, "s",
           "How well stamps of images are known on the IMU's clock, when not plainly wrong",
+          {1e-6, 1.0});
+  d.Field("time_offset_difference_sigma", time_offset_difference_sigma, "s",
+          "How well stamps of cameras are known among one another, when not plainly wrong",
           {1e-6, 1.0});
   d.Field("max_iterations", max_iterations, "", "Of the solver per set of images", {1.0, 100.0});
   d.Field("min_decrease", min_decrease, "",

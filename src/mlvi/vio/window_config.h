@@ -30,6 +30,7 @@ struct WindowConfig {
   double extrinsics_translation_sigma = 0.002;
   bool time_offset = true;
   double time_offset_sigma = 0.002;
+  double time_offset_difference_sigma = 0.0005;
   int max_iterations = 4;
   double min_decrease = 1e-3;
   double min_depth = 0.2;

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "mlvi/panorama/bearing_residual.h"
-#include "mlvi/vio/bearing_factor.h"
 #include "mlvi/vio/window_linearization.h"
 
 namespace mlvi {
@@ -20,19 +19,14 @@ WindowFeature& FeatureOf(std::vector<WindowFeature>& features, TrackId track) {
   return *features.insert(place, {.track = track});
 }
 
-Pose3 WorldPano(const VioWindow& window, FrameId frame) {
-  const WindowFrame& f = window.frames[static_cast<std::size_t>(window.FindFrame(frame))];
-  return ImagePlace(f.state.T_world_body, f.twist, window.calibration.time_offset).T_world_body *
-         window.calibration.T_body_pano;
-}
-
 // The ray that carries a feature anchored at `o`, world frame.
 Ray AnchorRay(const VioWindow& window, const WindowObservation& o, const WindowConfig& config) {
   const auto camera = static_cast<std::size_t>(o.observation.camera);
   const PanoramicRay ray =
       MakePanoramicRay(o.observation, window.calibration.T_pano_camera[camera],
                        window.calibration.radius, config.compensation, RayRole::kAnchor);
-  const Pose3 T_world_pano = WorldPano(window, o.frame);
+  const Pose3 T_world_pano =
+      BodyAtImage(window, o.frame, o.observation.camera) * window.calibration.T_body_pano;
   return {T_world_pano * ray.origin, T_world_pano.rotation() * ray.direction,
           config.pixel_sigma / o.observation.resolution()};
 }
@@ -68,6 +62,13 @@ double MovedInverseDepth(double rho, const Ray& from, const Ray& to) {
 }
 
 }  // namespace
+
+Pose3 BodyAtImage(const VioWindow& window, FrameId frame, int camera) {
+  const WindowFrame& f = window.frames[static_cast<std::size_t>(window.FindFrame(frame))];
+  const auto c = static_cast<std::size_t>(camera);
+  return ImagePlace(f.state.T_world_body, f.images[c], window.calibration.time_offsets[c])
+      .T_world_image;
+}
 
 void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks) {
   for (WindowFeature& feature : window.features) feature.alive = false;

@@ -10,6 +10,9 @@
 
 namespace mlvi {
 
+// T_world_body at the instant of the image of one camera in `frame`, as estimated.
+Pose3 BodyAtImage(const VioWindow& window, FrameId frame, int camera);
+
 // Takes over what the tracks saw in `frame`, which must be in the window.
 void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks);
 

@@ -30,8 +30,8 @@ double LossWeight(const WindowConfig& config, double s) {
                                             : CauchyKernel{config.loss_scale}.Weight(s);
 }
 
-// What bearings need of every frame.
-struct FramePlaces {
+// What bearings need of every image.
+struct ImagePlaces {
   ImagePlace now;            // for residuals
   ImagePlace linearization;  // for Jacobians
   bool frozen = false;
@@ -41,12 +41,17 @@ struct FramePlaces {
 class BearingEvaluator {
  public:
   BearingEvaluator(const VioWindow& window, const WindowConfig& config)
-      : window_(window), config_(config) {
-    const double offset = window.calibration.time_offset;
+      : window_(window), config_(config), cameras_(window.calibration.T_pano_camera.size()) {
     for (const WindowFrame& f : window.frames) {
-      places_.push_back({ImagePlace(f.state.T_world_body, f.twist, offset),
-                         ImagePlace(f.linearization().T_world_body, f.twist, offset),
-                         f.first_estimate.has_value()});
+      MLVI_CHECK(f.images.size() == cameras_, "{} images of {} cameras", f.images.size(), cameras_);
+      for (std::size_t c = 0; c < cameras_; ++c) {
+        const double offset = window.calibration.time_offsets[c];
+        const ImagePlace now(f.state.T_world_body, f.images[c], offset);
+        places_.push_back({now, now, f.first_estimate.has_value()});
+        if (!f.first_estimate) continue;
+        places_.back().linearization =
+            ImagePlace(f.first_estimate->T_world_body, f.images[c], offset);
+      }
       ids_.push_back(f.id);
     }
   }
@@ -56,7 +61,10 @@ class BearingEvaluator {
     MLVI_CHECK(found != ids_.end() && *found == id, "frame {} is not in the window", id.value());
     return static_cast<int>(found - ids_.begin());
   }
-  const FramePlaces& place(int frame) const { return places_[static_cast<std::size_t>(frame)]; }
+  // Of the image of one camera in one frame.
+  const ImagePlaces& place(int frame, int camera) const {
+    return places_[static_cast<std::size_t>(frame) * cameras_ + static_cast<std::size_t>(camera)];
+  }
 
   PanoramicRay RayOf(const PanoramicObservation& o, RayRole role) const {
     return MakePanoramicRay(o,
@@ -65,16 +73,15 @@ class BearingEvaluator {
   }
 
   // Residual in px at the present estimate, Jacobians at the linearisation points.
-  std::optional<Eigen::Vector2d> Evaluate(const PanoramicRay& anchor, int anchor_frame, double rho,
-                                          const PanoramicRay& target, int target_frame,
-                                          BearingJacobians* jacobians) const {
-    const FramePlaces &a = place(anchor_frame), &t = place(target_frame);
+  std::optional<Eigen::Vector2d> Evaluate(const PanoramicRay& anchor, const ImagePlaces& a,
+                                          double rho, const PanoramicRay& target,
+                                          const ImagePlaces& t, BearingJacobians* jacobians) const {
     const Pose3& T_body_pano = window_.calibration.T_body_pano;
-    const BearingGeometry now{a.now.T_world_body, t.now.T_world_body, T_body_pano};
+    const BearingGeometry now{a.now.T_world_image, t.now.T_world_image, T_body_pano};
     const bool frozen = jacobians != nullptr && (a.frozen || t.frozen);
     const auto residual = BearingResidual(anchor, rho, target, now, frozen ? nullptr : jacobians);
     if (residual && frozen) {
-      const BearingGeometry first{a.linearization.T_world_body, t.linearization.T_world_body,
+      const BearingGeometry first{a.linearization.T_world_image, t.linearization.T_world_image,
                                   T_body_pano};
       if (!BearingResidual(anchor, rho, target, first, jacobians)) return std::nullopt;
     }
@@ -84,7 +91,8 @@ class BearingEvaluator {
  private:
   const VioWindow& window_;
   const WindowConfig& config_;
-  std::vector<FramePlaces> places_;
+  std::size_t cameras_;
+  std::vector<ImagePlaces> places_;  // frame by frame
   std::vector<FrameId> ids_;
 };
 
@@ -117,34 +125,54 @@ class VisualBlocks {
   std::span<const VisualBlock> all() const { return {blocks_.data(), count_}; }
 
  private:
-  std::array<VisualBlock, 5> blocks_;
+  std::array<VisualBlock, 6> blocks_;
   std::size_t count_ = 0;
 };
 
-VisualBlocks CollectBlocks(const WindowLayout& layout, const BearingEvaluator& evaluator,
-                           const BearingJacobians& j, int anchor, int target, int anchor_camera,
-                           int target_camera) {
+// One end of a bearing: which frame and camera, and where that image was taken.
+struct BearingEnd {
+  int frame = 0;
+  int camera = 0;
+  const ImagePlaces* place = nullptr;
+};
+
+// The columns of time offsets; within one set they matter between two cameras.
+void CollectTimes(const WindowLayout& layout, const BearingJacobians& j, const BearingEnd& anchor,
+                  const BearingEnd& target, VisualBlocks& blocks) {
+  const int first = 6 * layout.frames();
+  const Eigen::Vector2d by_anchor = j.anchor * anchor.place->linearization.by_time_offset;
+  const Eigen::Vector2d by_target = j.target * target.place->linearization.by_time_offset;
+  if (anchor.camera == target.camera) {
+    if (anchor.frame != target.frame)
+      blocks.AddColumn(first + layout.time(anchor.camera), by_anchor + by_target);
+    return;
+  }
+  const bool ascending = anchor.camera < target.camera;
+  const int low = ascending ? anchor.camera : target.camera;
+  const int high = ascending ? target.camera : anchor.camera;
+  blocks.AddColumn(first + layout.time(low), ascending ? by_anchor : by_target);
+  blocks.AddColumn(first + layout.time(high), ascending ? by_target : by_anchor);
+}
+
+VisualBlocks CollectBlocks(const WindowLayout& layout, const BearingJacobians& j,
+                           const BearingEnd& anchor, const BearingEnd& target) {
   VisualBlocks blocks;
-  const ImagePlace& a = evaluator.place(anchor).linearization;
-  const ImagePlace& t = evaluator.place(target).linearization;
-  if (anchor != target) {  // within one frame its pose does not matter
-    blocks.Add(6 * anchor, a.moved ? (j.anchor * a.by_pose).eval() : j.anchor);
-    blocks.Add(6 * target, t.moved ? (j.target * t.by_pose).eval() : j.target);
+  const ImagePlace &a = anchor.place->linearization, &t = target.place->linearization;
+  if (anchor.frame != target.frame) {  // within one frame its pose does not matter
+    blocks.Add(6 * anchor.frame, a.moved ? (j.anchor * a.by_pose).eval() : j.anchor);
+    blocks.Add(6 * target.frame, t.moved ? (j.target * t.by_pose).eval() : j.target);
   }
   const int calibration = 6 * layout.frames();
   if (layout.has_rig()) blocks.Add(calibration + layout.rig(), j.body_pano);
   if (layout.has_cameras()) {
-    const int first = calibration + layout.camera(anchor_camera);
-    const int second = calibration + layout.camera(target_camera);
+    const int first = calibration + layout.camera(anchor.camera);
+    const int second = calibration + layout.camera(target.camera);
     if (first == second) blocks.Add(first, j.anchor_camera + j.target_camera);
     if (first < second) blocks.Add(first, j.anchor_camera);
     if (first != second) blocks.Add(second, j.target_camera);
     if (first > second) blocks.Add(first, j.anchor_camera);
   }
-  if (layout.has_time() && anchor != target) {
-    blocks.AddColumn(calibration + layout.time(),
-                     j.anchor * a.by_time_offset + j.target * t.by_time_offset);
-  }
+  if (layout.has_times()) CollectTimes(layout, j, anchor, target, blocks);
   return blocks;
 }
 
@@ -164,7 +192,7 @@ void AddBlocks(const VisualBlocks& blocks, const Eigen::Vector2d& residual, doub
       const VisualBlock& y = all[k];
       if (x.size == 6 && y.size == 6) {
         sums.H.block<6, 6>(x.start, y.start).noalias() += weighted.transpose() * y.J;
-      } else {  // the column of the time offset comes last
+      } else {  // columns of time offsets come last
         sums.H.col(y.start).segment(x.start, x.size) +=
             weighted.leftCols(x.size).transpose() * y.J.col(0);
       }
@@ -185,16 +213,16 @@ class FeatureLinearizer {
     const WindowFeature& feature = window_.features[f];
     if (!feature.usable()) return;
     const PanoramicObservation& first = feature.observations.front().observation;
-    const int anchor = evaluator_.Index(feature.observations.front().frame);
+    const BearingEnd anchor = EndOf(feature.observations.front());
     const PanoramicRay anchor_ray = evaluator_.RayOf(first, RayRole::kAnchor);
     const auto row = static_cast<Eigen::Index>(f);
     for (std::size_t k = 1; k < feature.observations.size(); ++k) {
       const WindowObservation& o = feature.observations[k];
-      const int target = evaluator_.Index(o.frame);
+      const BearingEnd target = EndOf(o);
       BearingJacobians j;
       auto residual =
-          evaluator_.Evaluate(anchor_ray, anchor, feature.inverse_depth,
-                              evaluator_.RayOf(o.observation, RayRole::kTarget), target, &j);
+          evaluator_.Evaluate(anchor_ray, *anchor.place, feature.inverse_depth,
+                              evaluator_.RayOf(o.observation, RayRole::kTarget), *target.place, &j);
       if (!residual) continue;
       const double inverse_variance =
           1.0 / BearingVariance(feature.observations.front(), o, config_);
@@ -202,8 +230,7 @@ class FeatureLinearizer {
       const double weight = inverse_variance * LossWeight(config_, s);
       sums.cost += 0.5 * LossCost(config_, s);
       sums.per_camera[static_cast<std::size_t>(o.observation.camera)].Add(residual->squaredNorm());
-      const VisualBlocks blocks =
-          CollectBlocks(layout_, evaluator_, j, anchor, target, first.camera, o.observation.camera);
+      const VisualBlocks blocks = CollectBlocks(layout_, j, anchor, target);
       AddBlocks(blocks, *residual, weight, sums);
       const Eigen::Vector2d weighted = weight * j.inverse_depth;
       system.feature_information[row] += weighted.dot(j.inverse_depth);
@@ -220,14 +247,14 @@ class FeatureLinearizer {
   double Cost(const WindowFeature& feature, BearingStatistics* statistics = nullptr) const {
     if (!feature.usable()) return 0.0;
     double cost = 0.0;
-    const int anchor = evaluator_.Index(feature.observations.front().frame);
+    const BearingEnd anchor = EndOf(feature.observations.front());
     const PanoramicRay anchor_ray =
         evaluator_.RayOf(feature.observations.front().observation, RayRole::kAnchor);
     for (std::size_t k = 1; k < feature.observations.size(); ++k) {
       const WindowObservation& o = feature.observations[k];
-      const auto residual = evaluator_.Evaluate(anchor_ray, anchor, feature.inverse_depth,
+      const auto residual = evaluator_.Evaluate(anchor_ray, *anchor.place, feature.inverse_depth,
                                                 evaluator_.RayOf(o.observation, RayRole::kTarget),
-                                                evaluator_.Index(o.frame), nullptr);
+                                                *EndOf(o).place, nullptr);
       if (!residual) continue;
       const double s =
           residual->squaredNorm() / BearingVariance(feature.observations.front(), o, config_);
@@ -243,6 +270,11 @@ class FeatureLinearizer {
   }
 
  private:
+  BearingEnd EndOf(const WindowObservation& o) const {
+    const int frame = evaluator_.Index(o.frame), camera = o.observation.camera;
+    return {frame, camera, &evaluator_.place(frame, camera)};
+  }
+
   void AddLidar(const WindowFeature& feature, Eigen::Index row, LinearizedWindow& system,
                 VisualSums& sums) const {
     if (!feature.lidar) return;

@@ -23,21 +23,21 @@ using testing::kGravity;
 
 // A window that has run for `sets` sets of images.
 struct Scene {
-  Scene(const WindowConfig& window_config, int sets, double offset = 0.07)
+  Scene(const WindowConfig& window_config, int sets, std::vector<double> advances = {})
       : config(window_config),
         recording([&] {
           test::SyntheticOptions options;
           options.budget = 60;
-          options.offset = offset;
+          options.advances = std::move(advances);
           return options;
         }()),
         window(config, {}, recording.rig().imu, kGravity, recording.NominalCalibration()) {
     recording.Advance();
-    window.Start(recording.frame(), recording.DisturbedTruth({}), Eigen::Vector3d::Zero(),
+    window.Start(recording.images(), recording.DisturbedTruth({}), recording.samples(),
                  recording.tracks());
     for (int i = 1; i < sets; ++i) {
       recording.Advance();
-      window.Add(recording.frame(), recording.stamp(), recording.samples(), recording.tracks());
+      window.Add(recording.images(), recording.samples(), recording.tracks());
       if (i + 1 == sets) break;  // the last one is left to the test
       window.Solve();
       window.Slide();
@@ -65,23 +65,23 @@ double CostAlong(const VioWindow& window, const WindowConfig& config, int coordi
 class WindowGradient : public ::testing::TestWithParam<Compensation> {};
 
 // b is minus the gradient of the objective in every coordinate: poses, velocities, biases,
-// extrinsics of every camera, time offset, inverse depths; bearings, LiDAR, IMU and prior together.
+// extrinsics and time offsets of every camera, inverse depths; bearings, LiDAR, IMU and prior together.
 TEST_P(WindowGradient, AgreesWithDifferencesOfTheObjective) {
   WindowConfig config;
   config.compensation = GetParam();
   config.extrinsics = ExtrinsicsCalibration::kCameras;
   config.time_offset = true;
-  Scene scene(config, 5);
+  Scene scene(config, 5, {0.0, 0.01, 0.02, 0.033});
   VioWindow& window = scene.window.window();
   // The prior takes its calibration's chart where it was made.
   window.calibration = window.prior.calibration;
-  window.calibration.time_offset = 0.004;
+  window.calibration.time_offsets = {0.004, 0.0032, -0.007, 0.0045};
   // The rig file is within its sigmas for one camera and plainly wrong for the other.
   Vector6d small, large;
   small << 0.001, -0.0005, 0.0008, 0.0003, 0.0006, -0.0004;
   large << 0.02, 0.01, -0.01, 0.01, -0.02, 0.015;
   window.nominal = window.calibration;
-  window.nominal.time_offset = 0.0;
+  window.nominal.time_offsets.assign(4, 0.0);
   window.nominal.T_pano_camera[0] = BoxPlus(window.nominal.T_pano_camera[0], small);
   window.nominal.T_pano_camera[1] = BoxPlus(window.nominal.T_pano_camera[1], large);
   for (std::size_t f = 0; f < window.features.size(); f += 3) {
@@ -149,6 +149,11 @@ struct BatchWindow {
     }
   }
 
+  static const ImageMotion& ImageOf(const VioWindow& window, const WindowObservation& o) {
+    return window.frames[static_cast<std::size_t>(window.FindFrame(o.frame))]
+        .images[static_cast<std::size_t>(o.observation.camera)];
+  }
+
   void AddBearings(const VioWindow& window, const WindowConfig& config, std::size_t f) {
     const auto& all = window.features[f].observations;
     for (std::size_t k = 1; k < all.size(); ++k) {
@@ -156,6 +161,8 @@ struct BatchWindow {
       const double sigma = std::sqrt(BearingVariance(all[0], all[k], config));
       auto* factor = new BearingFactor({.anchor = anchor,
                                         .target = target,
+                                        .anchor_image = ImageOf(window, all[0]),
+                                        .target_image = ImageOf(window, all[k]),
                                         .mode = config.compensation,
                                         .radius = window.calibration.radius,
                                         .pixel_sigma = sigma});
@@ -163,10 +170,11 @@ struct BatchWindow {
       double* t = states[static_cast<std::size_t>(window.FindFrame(all[k].frame))].data();
       double* camera = cameras[static_cast<std::size_t>(anchor.camera)].data();
       problem.AddResidualBlock(factor, new ceres::CauchyLoss(config.loss_scale), a, t,
-                               body_pano.data(), camera, &depths[f], &time_offset);
+                               body_pano.data(), camera, &depths[f],
+                               &time_offsets[static_cast<std::size_t>(anchor.camera)]);
       problem.SetParameterBlockConstant(body_pano.data());
       problem.SetParameterBlockConstant(camera);
-      problem.SetParameterBlockConstant(&time_offset);
+      problem.SetParameterBlockConstant(&time_offsets[static_cast<std::size_t>(anchor.camera)]);
     }
   }
 
@@ -175,7 +183,7 @@ struct BatchWindow {
   std::array<double, 7> body_pano{};
   std::vector<std::array<double, 7>> cameras;
   std::vector<double> depths;
-  double time_offset = 0.0;
+  std::array<double, 4> time_offsets{};
 };
 
 TEST(WindowSolverTest, FindsTheOptimumThatCeresFinds) {
@@ -185,7 +193,7 @@ TEST(WindowSolverTest, FindsTheOptimumThatCeresFinds) {
   config.keyframes = 20;  // nothing is marginalised
   config.extrinsics = ExtrinsicsCalibration::kOff;
   config.time_offset = false;
-  Scene scene(config, 30);
+  Scene scene(config, 30, {0.02, 0.0, 0.0, 0.01});
   VioWindow& window = scene.window.window();
   std::erase_if(window.features, [](const WindowFeature& f) {
     return !f.triangulated || f.observations.size() < 5;
@@ -268,7 +276,7 @@ TEST(MarginalizationTest, LeavesTheRigFileOutOfThePrior) {
   MarginalizeFirstFrame(window, config, kGravity);
   ASSERT_FALSE(window.prior.blocks.back().frame.valid());
   const int size = window.prior.blocks.back().size;
-  EXPECT_EQ(size, 6 * static_cast<int>(window.calibration.T_pano_camera.size()) + 1);
+  EXPECT_EQ(size, 7 * static_cast<int>(window.calibration.T_pano_camera.size()));
   EXPECT_EQ(window.prior.sqrt_information.rightCols(size).norm(), 0.0);
 }
 
