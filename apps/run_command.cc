@@ -173,6 +173,7 @@ Expected<int> Run(const RunOptions& options) {
     return SelectSensors(whole, options.cameras, options.no_lidar);
   });
   if (!selected) return tl::unexpected(selected.error());
+  if (const auto fits = CheckRig(*config, *selected); !fits) return tl::unexpected(fits.error());
   auto source =
       RosBagSource::Open(options.bags, *selected, SourceOptions(options, *config, *selected));
   if (!source) return tl::unexpected(source.error());

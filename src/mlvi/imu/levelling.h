@@ -20,8 +20,9 @@ inline constexpr double kGaugeHeadingSigma = 1e-4;   // rad
 // y axis (less 90 degrees, so that an upright body has heading zero at identity).
 class Heading {
  public:
-  // Chooses the axis for a body that sees the unit vector up in direction `up_body`.
-  explicit Heading(const Eigen::Vector3d& up_body) : axis_(std::abs(up_body.x()) < 0.9 ? 0 : 1) {}
+  // Chooses the axis for a body that sees up in direction `up_body` (any length but zero).
+  explicit Heading(const Eigen::Vector3d& up_body)
+      : axis_(std::abs(up_body.x()) < 0.9 * up_body.norm() ? 0 : 1) {}
 
   // In (-pi, pi].
   double Of(const Eigen::Matrix3d& R_world_body) const;

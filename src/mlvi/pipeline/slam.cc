@@ -27,6 +27,13 @@ void SlamConfig::Declare(ConfigDeclaration& d) {
   visual.Declare(d);
 }
 
+Expected<void> CheckRig(const SlamConfig& config, const Rig& rig) {
+  if (!rig.lidar && rig.cameras.empty()) {
+    return MakeError(ErrorKind::kConfiguration, "rig '{}' has neither LiDAR nor camera", rig.name);
+  }
+  return rig.cameras.empty() ? Expected<void>() : CheckRig(config.visual.vio, rig);
+}
+
 Slam::Slam(const SlamConfig& config, const Rig& rig)
     : config_(config),
       rig_(rig),
@@ -37,7 +44,8 @@ Slam::Slam(const SlamConfig& config, const Rig& rig)
       imu_(kImuMemory) {
   const Expected<void> agree = ConfigDeclaration::Of(config_).Check();
   MLVI_CHECK(agree.has_value(), "{}", agree ? "" : agree.error().message);
-  MLVI_CHECK(rig.lidar || !rig.cameras.empty(), "rig '{}' has neither LiDAR nor camera", rig.name);
+  const Expected<void> fits = CheckRig(config, rig);
+  MLVI_CHECK(fits.has_value(), "{}", fits ? "" : fits.error().message);
   if (rig.lidar) lio_.emplace(config.lio, rig, *times_);
   if (!rig.cameras.empty()) visual_.emplace(config.visual, rig, *times_, events_);
 }

@@ -41,10 +41,12 @@ struct SlamConfig {
   void Declare(ConfigDeclaration& d);
 };
 
+// Errors (kConfiguration): what keeps a valid rig (Rig::Validate) from being used with `config`.
+Expected<void> CheckRig(const SlamConfig& config, const Rig& rig);
+
 class Slam {
  public:
-  // `config` must pass ConfigDeclaration::Check; `rig` must be valid (Rig::Validate) and have a
-  // LiDAR or a camera; all its sensors are used. With a LiDAR its odometry is the estimate; cameras
+  // `config` must pass ConfigDeclaration::Check, `rig` CheckRig; all its sensors are used. With a LiDAR its odometry is the estimate; cameras
   // alone give one, too.
   Slam(const SlamConfig& config, const Rig& rig);
 

@@ -41,6 +41,25 @@ SlamConfig CorrectingConfig(GraphFeedback feedback) {
   return config;
 }
 
+TEST(CheckRigTest, SaysWhatKeepsARigFromBeingUsed) {
+  Rig rig = test::MakeTestRig();
+  EXPECT_TRUE(CheckRig(SlamConfig(), rig).has_value());
+  for (const double y : {0.0, 0.6}) {
+    CameraSpec camera{.name = "left"};
+    camera.T_body_camera = Pose3::FromTranslation({0.0, y, 0.0});
+    rig.cameras.push_back(camera);
+  }
+  SlamConfig config;
+  config.visual.vio.radius = 0.2;
+  const Expected<void> outside = CheckRig(config, rig);
+  ASSERT_FALSE(outside.has_value());
+  EXPECT_EQ(outside.error().kind, ErrorKind::kConfiguration);
+  EXPECT_NE(outside.error().message.find("a camera of rig"), std::string::npos);
+  rig.lidar.reset();
+  rig.cameras.clear();
+  EXPECT_FALSE(CheckRig(SlamConfig(), rig).has_value());
+}
+
 class FeedbackTest : public ::testing::Test {
  protected:
   FeedbackTest() {

@@ -19,8 +19,10 @@ FrameId FrameHistory::AddFrame(FrameId id, Time stamp, std::vector<Duration> del
   MLVI_CHECK(frames_.empty() || (id > frames_.back().id && stamp > frames_.back().stamp),
              "frame {} at {} after frame {} at {}", id.value(), ToString(stamp),
              frames_.back().id.value(), ToString(frames_.back().stamp));
+  // The frame before stays whatever its age: a window that goes on across a pause starts from it.
+  const Time oldest =
+      frames_.empty() ? stamp - memory_ : std::min(stamp - memory_, frames_.back().stamp);
   frames_.push_back({.id = id, .stamp = stamp, .delays = std::move(delays)});
-  const Time oldest = stamp - memory_;
   std::erase_if(frames_, [&](const Frame& frame) { return frame.stamp < oldest; });
   // One sample before the oldest frame stays, so that its instant is covered.
   auto first = std::lower_bound(samples_.begin(), samples_.end(), oldest,

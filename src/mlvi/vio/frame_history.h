@@ -28,7 +28,9 @@ class FrameHistory {
 
   // Samples not newer than the last one are ignored.
   void AddSamples(std::span<const ImuSample> samples);
-  // Returns the oldest frame that is remembered. Contract: ids and stamps rise.
+  // Forgets what is older than the memory, but for the frame before and the samples since: pauses
+  // between sets are bridged by all the samples there are. Returns the oldest frame that is
+  // remembered. Contract: ids and stamps rise.
   FrameId AddFrame(FrameId id, Time stamp, std::vector<Duration> delays = {});
   void SetImagePlaces(FrameId id, std::vector<Pose3> T_body_image);
   void SetPose(FrameId id, const Pose3& T_world_body);

@@ -36,6 +36,20 @@ TEST(FrameHistoryTest, KeepsItsMemoryCoveredBySamplesAndForgetsTheRest) {
   EXPECT_GT(history.samples()[1].stamp, history.frames().front().stamp);
 }
 
+TEST(FrameHistoryTest, APauseLongerThanTheMemoryStaysCovered) {
+  FrameHistory history = Filled(10, 1.0);
+  history.AddSamples(Walk().Samples(0.55, 8.0, kRate));
+  const Time after = Walk::At(7.9);
+  history.AddFrame(FrameId(11), after);
+  ASSERT_EQ(history.frames().size(), 2U);
+  EXPECT_EQ(history.frames().front().id, FrameId(10));
+  EXPECT_LE(history.samples().front().stamp, StampOf(10));
+  EXPECT_GE(history.samples().back().stamp, after);
+  // The next one forgets them.
+  history.AddFrame(FrameId(12), Walk::At(7.95));
+  EXPECT_EQ(history.frames().front().id, FrameId(11));
+}
+
 TEST(FrameHistoryTest, IgnoresSamplesThatItHas) {
   FrameHistory history(Duration::FromSeconds(1.0));
   const std::vector<ImuSample> samples = Walk().Samples(0.0, 0.5, kRate);

@@ -27,17 +27,46 @@ InertialUnknowns BoxPlus(const InertialUnknowns& unknowns, const InertialDelta& 
   return moved;
 }
 
+namespace {
+
+// On the way from one instant to the next, `motion`, whose first is turned by `R_first_from`
+// against the first of all.
+InertialPath::Disturbing DisturbingOn(const PreintegratedImu& motion,
+                                      const Eigen::Matrix3d& R_first_from) {
+  using namespace nav_index;
+  InertialPath::Disturbing result;
+  DisturbanceMatrix& transition = result.transition;
+  transition.block<3, 3>(kPosition, kVelocity) = motion.dt() * Eigen::Matrix3d::Identity();
+  transition.block<3, 3>(kPosition, kRotation) = -R_first_from * Hat(motion.delta_p);
+  transition.block<3, 3>(kVelocity, kRotation) = -R_first_from * Hat(motion.delta_v);
+  transition.block<3, 3>(kRotation, kRotation) = motion.delta_R.toRotationMatrix().transpose();
+  DisturbanceMatrix to_first = DisturbanceMatrix::Identity();
+  to_first.block<3, 3>(kPosition, kPosition) = R_first_from;
+  to_first.block<3, 3>(kVelocity, kVelocity) = R_first_from;
+  result.covariance = to_first *
+                      motion.covariance.topLeftCorner<kDisturbanceSize, kDisturbanceSize>() *
+                      to_first.transpose();
+  return result;
+}
+
+}  // namespace
+
 InertialPath::InertialPath(std::span<const Time> instants, std::span<const ImuSample> samples,
                            const ImuBias& bias, const ImuSpec& imu) {
   MLVI_CHECK(!instants.empty() && !samples.empty(), "a path needs instants and IMU samples");
+  Eigen::Matrix3d R_first = Eigen::Matrix3d::Identity();  // of the body at the instant before
   for (std::size_t k = 1; k < instants.size(); ++k) {
     MLVI_CHECK(instants[k - 1] < instants[k], "instants must be in strictly ascending order");
     motions_.push_back(
         Preintegrate(SamplesBetween(samples, instants.front(), instants[k]), bias, imu));
+    disturbing_.push_back(DisturbingOn(
+        Preintegrate(SamplesBetween(samples, instants[k - 1], instants[k]), bias, imu), R_first));
+    R_first = motions_.back().delta_R.toRotationMatrix();
   }
 }
 
-InertialPath::Step InertialPath::At(std::size_t k, const InertialUnknowns& unknowns) const {
+InertialPath::Step InertialPath::At(std::size_t k, const InertialUnknowns& unknowns,
+                                    const Disturbance& disturbance) const {
   using namespace inertial_index;
   Step step;
   step.velocity = unknowns.velocity;
@@ -46,11 +75,13 @@ InertialPath::Step InertialPath::At(std::size_t k, const InertialUnknowns& unkno
   const PreintegratedImu& motion = motions_[k - 1];
   const PreintegratedImu corrected = CorrectedForBias(motion, unknowns.bias);
   const double t = motion.dt();
-  step.velocity += t * unknowns.gravity + corrected.delta_v;
-  step.T_first_body =
-      Pose3(corrected.delta_R,
-            t * unknowns.velocity + 0.5 * t * t * unknowns.gravity + corrected.delta_p);
-  const Eigen::Matrix3d Rt = corrected.delta_R.toRotationMatrix().transpose();
+  const Eigen::Vector3d off = disturbance.segment<3>(nav_index::kRotation);
+  step.velocity +=
+      t * unknowns.gravity + corrected.delta_v + disturbance.segment<3>(nav_index::kVelocity);
+  step.T_first_body = Pose3(corrected.delta_R * ExpSo3(off),
+                            t * unknowns.velocity + 0.5 * t * t * unknowns.gravity +
+                                corrected.delta_p + disturbance.segment<3>(nav_index::kPosition));
+  const Eigen::Matrix3d Rt = step.T_first_body.R().transpose();
   const Eigen::Matrix<double, 3, 2> d_gravity = GravityTangent(unknowns.gravity);
   step.d_velocity.middleCols<2>(kGravity) = t * d_gravity;
   step.d_velocity.middleCols<3>(kAccelerometerBias) = motion.dv_dba;
@@ -61,13 +92,22 @@ InertialPath::Step InertialPath::At(std::size_t k, const InertialUnknowns& unkno
   step.d_pose.block<3, 3>(0, kGyroscopeBias) = Rt * motion.dp_dbg;
   // delta_R(b) = delta_R Exp(J (b - b0)): the perturbation of b sits within the exponential.
   const Eigen::Vector3d turned = motion.dR_dbg * (unknowns.bias.gyroscope - motion.bias.gyroscope);
-  step.d_pose.block<3, 3>(3, kGyroscopeBias) = RightJacobianSo3(turned) * motion.dR_dbg;
+  step.d_pose.block<3, 3>(3, kGyroscopeBias) =
+      ExpSo3(off).toRotationMatrix().transpose() * RightJacobianSo3(turned) * motion.dR_dbg;
+  step.d_disturbance.block<3, 3>(0, nav_index::kPosition) = Rt;
+  step.d_disturbance.block<3, 3>(3, nav_index::kRotation) = RightJacobianSo3(off);
   return step;
 }
 
-std::vector<InertialPath::Step> InertialPath::Steps(const InertialUnknowns& unknowns) const {
+std::vector<InertialPath::Step> InertialPath::Steps(
+    const InertialUnknowns& unknowns, std::span<const Disturbance> disturbances) const {
+  MLVI_CHECK(disturbances.empty() || disturbances.size() == size(),
+             "{} disturbances for {} instants", disturbances.size(), size());
   std::vector<Step> steps;
-  for (std::size_t k = 0; k < size(); ++k) steps.push_back(At(k, unknowns));
+  for (std::size_t k = 0; k < size(); ++k) {
+    steps.push_back(
+        At(k, unknowns, disturbances.empty() ? Disturbance(Disturbance::Zero()) : disturbances[k]));
+  }
   return steps;
 }
 

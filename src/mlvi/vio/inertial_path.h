@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Where the IMU alone says that the body went, as a function of the few quantities that it cannot
-// know: its first velocity, gravity and its biases.
+// know (its first velocity, gravity and its biases) and of what its noise did on the way.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,6 +30,13 @@ inline constexpr int kSize = 11;
 using InertialDelta = Eigen::Matrix<double, inertial_index::kSize, 1>;
 using InertialMatrix = Eigen::Matrix<double, inertial_index::kSize, inertial_index::kSize>;
 
+// What the IMU's white noise has made of the body's position (m, frame `first`), velocity (m/s,
+// frame `first`) and rotation (right perturbation, rad) at one instant: the first nine of
+// nav_index.
+inline constexpr int kDisturbanceSize = 9;
+using Disturbance = Eigen::Matrix<double, kDisturbanceSize, 1>;
+using DisturbanceMatrix = Eigen::Matrix<double, kDisturbanceSize, kDisturbanceSize>;
+
 // Derivative of gravity by its two perturbations, which turn it on its sphere.
 Eigen::Matrix<double, 3, 2> GravityTangent(const Eigen::Vector3d& gravity);
 
@@ -47,7 +54,7 @@ class InertialPath {
   // s, since the first instant.
   double Elapsed(std::size_t k) const { return k == 0 ? 0.0 : motions_[k - 1].dt(); }
 
-  // The body at instant k, with derivatives by the unknowns.
+  // The body at instant k, with derivatives by the unknowns and by the disturbance there.
   struct Step {
     Pose3 T_first_body;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       // m/s, frame `first`
@@ -55,14 +62,23 @@ class InertialPath {
         Eigen::Matrix<double, 6, inertial_index::kSize>::Zero();
     Eigen::Matrix<double, 3, inertial_index::kSize> d_velocity =
         Eigen::Matrix<double, 3, inertial_index::kSize>::Zero();
+    Eigen::Matrix<double, 6, kDisturbanceSize> d_disturbance =  // in the pose chart
+        Eigen::Matrix<double, 6, kDisturbanceSize>::Zero();
   };
-  Step At(std::size_t k, const InertialUnknowns& unknowns) const;
-  // At every instant.
-  std::vector<Step> Steps(const InertialUnknowns& unknowns) const;
+  // Nothing disturbs the first instant. Contract: a disturbance of zero at k = 0.
+  Step At(std::size_t k, const InertialUnknowns& unknowns,
+          const Disturbance& disturbance = Disturbance::Zero()) const;
+  // At every instant. `disturbances`: one per instant, or none at all.
+  std::vector<Step> Steps(const InertialUnknowns& unknowns,
+                          std::span<const Disturbance> disturbances = {}) const;
 
-  // What the IMU's noise and the walk of its biases add from the first instant to instant k > 0, in
-  // the order and the frames of PreintegratedImu::covariance.
-  const Matrix15d& NoiseCovariance(std::size_t k) const { return motions_[k - 1].covariance; }
+  // How the disturbance of the instant before becomes that of instant k > 0, to first order:
+  // d(k) = transition d(k-1) + w, w of the given covariance.
+  struct Disturbing {
+    DisturbanceMatrix transition = DisturbanceMatrix::Identity();
+    DisturbanceMatrix covariance = DisturbanceMatrix::Zero();
+  };
+  const Disturbing& DisturbingBefore(std::size_t k) const { return disturbing_[k - 1]; }
 
   // How badly the IMU's noise could be mistaken for the motion that shows scale: of the positions
   // that the IMU knows, what no constant velocity and acceleration explain, and the same of noise
@@ -79,6 +95,7 @@ class InertialPath {
 
  private:
   std::vector<PreintegratedImu> motions_;  // from the first instant to the second, third, ...
+  std::vector<Disturbing> disturbing_;     // on the way to the second, third, ...
 };
 
 }  // namespace mlvi

@@ -16,8 +16,12 @@
 namespace mlvi {
 namespace {
 
+Expected<PanoramaModel> PanoramaOf(const Rig& rig, const VioConfig& config) {
+  return PanoramaModel::FromRig(rig, {.radius = config.radius});
+}
+
 PanoramaModel MakePanorama(const Rig& rig, const VioConfig& config) {
-  auto model = PanoramaModel::FromRig(rig, {.radius = config.radius});
+  Expected<PanoramaModel> model = PanoramaOf(rig, config);
   MLVI_CHECK(model.has_value(), "{}", model.error().message);
   return std::move(*model);
 }
@@ -58,7 +62,7 @@ struct Vio::Impl {
   void Remember(std::span<const ImuSample> imu, const ImageSet& set);
   std::vector<Pose3> ImagePlaces(const FrameImages& images,
                                  const std::optional<NavState>& state) const;
-  std::optional<OdometryEstimate> PropagatedStart(Time stamp) const;
+  std::optional<OdometryEstimate> PropagatedStart(Time stamp);
   void TryStart(const ImageSet& set, VioResult& result);
   std::vector<FrameInstant> StartFrames() const;
   Expected<OdometryEstimate> FirstState() const;
@@ -89,6 +93,10 @@ struct Vio::Impl {
   bool new_cloud = false;
   Time last_search;  // for depths in the clouds
 };
+
+Expected<void> CheckRig(const VioConfig& config, const Rig& rig) {
+  return PanoramaOf(rig, config).map([](const PanoramaModel&) {});
+}
 
 Vio::Vio(const VioConfig& config, const Rig& rig, StageTimes& times)
     : impl_(std::make_unique<Impl>(config, rig, times)) {}
@@ -165,13 +173,18 @@ std::vector<Pose3> Vio::Impl::ImagePlaces(const FrameImages& images,
   return places;
 }
 
-// The pending start, carried to `stamp` by the IMU.
-std::optional<OdometryEstimate> Vio::Impl::PropagatedStart(Time stamp) const {
-  if (!pending_start || pending_start->state.stamp > stamp) return std::nullopt;
+// The pending start, carried to `stamp` by the IMU. One from before the samples that are remembered
+// is given up.
+std::optional<OdometryEstimate> Vio::Impl::PropagatedStart(Time stamp) {
+  if (!pending_start || pending_start->state.stamp > stamp || history.samples().empty())
+    return std::nullopt;
   if (pending_start->state.stamp == stamp) return pending_start;
+  if (pending_start->state.stamp < history.samples().front().stamp) {
+    pending_start.reset();
+    return std::nullopt;
+  }
   const std::vector<ImuSample> between =
       SamplesBetween(history.samples(), pending_start->state.stamp, stamp);
-  if (between.empty()) return std::nullopt;
   Propagation propagation =
       Propagate(pending_start->state, pending_start->covariance, between, imu_spec, gravity);
   OdometryEstimate start{.state = propagation.states.back(), .covariance = propagation.covariance};

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "mlvi/base/error.h"
 #include "mlvi/base/stage_times.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
@@ -46,11 +47,14 @@ struct VioResult {
   CalibrationDeviation deviation;     // of the calibration from the rig file, as estimated so far
 };
 
+// Error (kConfiguration): the rig has no camera, or one that lies outside of the sphere.
+Expected<void> CheckRig(const VioConfig& config, const Rig& rig);
+
 // Synchronous and deterministic: the same calls give the same bits at any number of threads.
 class Vio {
  public:
   // `times` collects the stages' wall times and must outlive the instance. Contract: a rig that
-  // PanoramaModel accepts, with at least one camera.
+  // CheckRig accepts.
   Vio(const VioConfig& config, const Rig& rig, StageTimes& times);
   ~Vio();
 

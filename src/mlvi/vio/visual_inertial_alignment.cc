@@ -6,22 +6,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlvi/geometry/robust_kernels.h"
 #include "mlvi/geometry/sphere_minimum.h"
-#include "mlvi/panorama/bearing_residual.h"
 
 namespace mlvi::internal {
 namespace {
-
-using inertial_index::kSize;
 
 constexpr int kClosedFormRounds = 5;
 constexpr double kNominalDepth = 5.0;  // m, of points before the first round
 constexpr double kDepthPrior = 100.0;  // m, one sigma: points that show no parallax stay finite
 constexpr double kNearest = 0.2;       // m
-constexpr int kMaxIterations = 30;
-constexpr double kConverged = 1e-6;  // relative decrease of the cost
-constexpr CauchyKernel kKernel{2.0};
 
 // A ray turned by the gyroscope into the frame of the first body; its origin is p(k) + `offset`.
 struct TurnedRay {
@@ -98,141 +91,6 @@ Eigen::Vector3d OriginOf(const TurnedRay& ray, const Vector6d& y) {
          ray.force_path + ray.offset;
 }
 
-// Sum over residuals, and the normal equations of one feature with its inverse depth eliminated.
-struct FeatureEquations {
-  InertialMatrix H = InertialMatrix::Zero();
-  InertialDelta b = InertialDelta::Zero();  // minus the gradient
-  InertialDelta across = InertialDelta::Zero();
-  double depth_H = 0.0, depth_b = 0.0;
-  double cost = 0.0;
-  double squared = 0.0;  // sum of whitened squares, outliers cut
-  int residuals = 0, inliers = 0;
-};
-
-// The ray of an observation as it was lifted: the extrinsics are not in question here.
-PanoramicRay ExactRay(const PanoramicObservation& observation) {
-  PanoramicRay ray;
-  ray.origin = observation.center;
-  ray.direction = observation.bearing;
-  ray.weight = observation.pixel_per_bearing;
-  return ray;
-}
-
-class Refiner {
- public:
-  Refiner(const AlignmentData& data, const ImuSpec& imu) : data_(data), imu_(imu) {}
-
-  FeatureEquations Linearize(const FeatureViews& views, double inverse_depth,
-                             std::span<const InertialPath::Step> steps) const {
-    FeatureEquations e;
-    const InertialPath::Step& anchor = steps[views.front().instant];
-    const PanoramicRay anchor_ray = ExactRay(views.front().observation);
-    for (std::size_t i = 1; i < views.size(); ++i) {
-      const InertialPath::Step& target = steps[views[i].instant];
-      const BearingGeometry geometry{.T_world_anchor = anchor.T_first_body,
-                                     .T_world_target = target.T_first_body,
-                                     .T_body_pano = data_.T_body_pano};
-      BearingJacobians j;
-      const auto residual =
-          BearingResidual(anchor_ray, inverse_depth, ExactRay(views[i].observation), geometry, &j);
-      if (!residual) continue;
-      Accumulate(*residual / data_.pixel_sigma,
-                 (j.anchor * anchor.d_pose + j.target * target.d_pose) / data_.pixel_sigma,
-                 j.inverse_depth / data_.pixel_sigma, e);
-    }
-    return e;
-  }
-
-  double PriorCost(const ImuBias& bias) const {
-    return 0.5 * ((bias.accelerometer / imu_.initial_accelerometer_bias_sigma).squaredNorm() +
-                  (bias.gyroscope / imu_.initial_gyroscope_bias_sigma).squaredNorm());
-  }
-
-  void AddPrior(const ImuBias& bias, InertialMatrix& H, InertialDelta& b) const {
-    using namespace inertial_index;
-    const auto add = [&](int index, const Eigen::Vector3d& value, double sigma) {
-      H.diagonal().segment<3>(index).array() += 1.0 / (sigma * sigma);
-      b.segment<3>(index) -= value / (sigma * sigma);
-    };
-    add(kAccelerometerBias, bias.accelerometer, imu_.initial_accelerometer_bias_sigma);
-    add(kGyroscopeBias, bias.gyroscope, imu_.initial_gyroscope_bias_sigma);
-  }
-
- private:
-  static void Accumulate(const Eigen::Vector2d& r, const Eigen::Matrix<double, 2, kSize>& J,
-                         const Eigen::Vector2d& d_depth, FeatureEquations& e) {
-    const double square = r.squaredNorm(), weight = kKernel.Weight(square);
-    e.H += weight * J.transpose() * J;
-    e.b -= weight * J.transpose() * r;
-    e.across += weight * J.transpose() * d_depth;
-    e.depth_H += weight * d_depth.squaredNorm();
-    e.depth_b -= weight * d_depth.dot(r);
-    e.cost += 0.5 * kKernel.Cost(square);
-    e.squared += std::min(square, 18.0);  // (3 sigma)^2 on both axes
-    ++e.residuals;
-    if (square < 18.0) ++e.inliers;
-  }
-
-  const AlignmentData& data_;
-  const ImuSpec& imu_;
-};
-
-// All features and the prior at one alignment.
-struct Linearization {
-  std::vector<FeatureEquations> features;
-  double cost = 0.0;
-};
-
-Linearization LinearizeAll(const Refiner& refiner, const AlignmentData& data,
-                           const InertialPath& path, const VisualInertialAlignment& alignment) {
-  const std::vector<InertialPath::Step> steps = path.Steps(alignment.unknowns);
-  Linearization result;
-  result.cost = refiner.PriorCost(alignment.unknowns.bias);
-  for (std::size_t f = 0; f < data.features.size(); ++f) {
-    result.features.push_back(
-        refiner.Linearize(data.features[f], alignment.inverse_depths[f], steps));
-    result.cost += result.features.back().cost;
-  }
-  return result;
-}
-
-// The reduced normal equations of the unknowns.
-struct ReducedSystem {
-  InertialMatrix H = InertialMatrix::Zero();
-  InertialDelta b = InertialDelta::Zero();
-};
-
-// A little information on each inverse depth keeps those of features without parallax in place.
-constexpr double kDepthDamping = 1e-6;
-
-ReducedSystem Reduce(const Refiner& refiner, const Linearization& linearization,
-                     const InertialUnknowns& at, double lambda) {
-  ReducedSystem s;
-  refiner.AddPrior(at.bias, s.H, s.b);
-  for (const FeatureEquations& e : linearization.features) {
-    const double depth_H = e.depth_H * (1.0 + lambda) + kDepthDamping;
-    s.H += e.H - e.across * e.across.transpose() / depth_H;
-    s.b += e.b - e.across * (e.depth_b / depth_H);
-  }
-  return s;
-}
-
-VisualInertialAlignment StepFrom(const Refiner& refiner, const Linearization& linearization,
-                                 const VisualInertialAlignment& from, double lambda) {
-  ReducedSystem s = Reduce(refiner, linearization, from.unknowns, lambda);
-  s.H.diagonal() *= 1.0 + lambda;
-  const InertialDelta delta = s.H.ldlt().solve(s.b);
-  VisualInertialAlignment moved;
-  moved.unknowns = BoxPlus(from.unknowns, delta);
-  for (std::size_t f = 0; f < linearization.features.size(); ++f) {
-    const FeatureEquations& e = linearization.features[f];
-    const double step =
-        (e.depth_b - e.across.dot(delta)) / (e.depth_H * (1.0 + lambda) + kDepthDamping);
-    moved.inverse_depths.push_back(std::clamp(from.inverse_depths[f] + step, 0.0, 1.0 / kNearest));
-  }
-  return moved;
-}
-
 }  // namespace
 
 VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPath& path,
@@ -265,43 +123,6 @@ VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPat
       result.inverse_depths.push_back(along > kNearest ? 1.0 / along : 1.0 / kNominalDepth);
     }
   }
-  return result;
-}
-
-RefinedAlignment RefineAlignment(const AlignmentData& data, const InertialPath& path,
-                                 const VisualInertialAlignment& initial, const ImuSpec& imu) {
-  const Refiner refiner(data, imu);
-  RefinedAlignment result;
-  result.alignment = initial;
-  Linearization current = LinearizeAll(refiner, data, path, initial);
-  double lambda = 1e-4;
-  while (result.iterations < kMaxIterations && !result.converged && lambda < 1e10) {
-    ++result.iterations;
-    const VisualInertialAlignment trial = StepFrom(refiner, current, result.alignment, lambda);
-    Linearization next = LinearizeAll(refiner, data, path, trial);
-    if (!(next.cost < current.cost)) {
-      lambda *= 10.0;
-      continue;
-    }
-    result.converged = current.cost - next.cost < kConverged * current.cost;
-    result.alignment = trial;
-    current = std::move(next);
-    lambda = std::max(lambda / 10.0, 1e-9);
-  }
-  int residuals = 0, inliers = 0;
-  double squared = 0.0;
-  for (const FeatureEquations& e : current.features) {
-    residuals += e.residuals;
-    inliers += e.inliers;
-    squared += e.squared;
-  }
-  if (residuals > 0) {
-    result.rms = std::sqrt(squared / (2.0 * residuals));
-    result.inlier_share = static_cast<double>(inliers) / residuals;
-  }
-  result.covariance = Reduce(refiner, current, result.alignment.unknowns, 0.0)
-                          .H.ldlt()
-                          .solve(InertialMatrix::Identity());
   return result;
 }
 

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What first velocity, gravity and biases make the IMU's path agree with the tracks of features
-// seen along it: a closed form to begin with, and its refinement. The IMU's white noise is left
-// out, being small over the seconds that a start takes.
+// seen along it: a closed form to begin with, which leaves the IMU's white noise out, and a
+// refinement, which estimates what that noise did on the way (over two seconds the rates of an IMU
+// of 0.1 degrees/s/sqrt(Hz) are off by more than a pixel).
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +21,7 @@ struct FeatureView {
   PanoramicObservation observation;
 };
 
-// The views of one feature, oldest first, at least two.
+// The views of one feature, at least two, instants ascending.
 using FeatureViews = std::vector<FeatureView>;
 
 struct AlignmentData {
@@ -31,7 +32,8 @@ struct AlignmentData {
 
 struct VisualInertialAlignment {
   InertialUnknowns unknowns;
-  std::vector<double> inverse_depths;  // 1/m, along the ray of each feature's first view; >= 0
+  std::vector<Disturbance> disturbances;  // by instant, the first zero; none of a closed form
+  std::vector<double> inverse_depths;     // 1/m, along the ray of each feature's first view; >= 0
 };
 
 // Closed form (Martinelli, "Closed-Form Solution of Visual-Inertial Structure from Motion", IJCV
@@ -42,17 +44,22 @@ struct VisualInertialAlignment {
 VisualInertialAlignment AlignTracks(const AlignmentData& data, const InertialPath& path,
                                     const ImuBias& bias, double gravity);
 
+// Of the unknowns, followed by the disturbance of the last instant.
+inline constexpr int kAlignmentSize = inertial_index::kSize + kDisturbanceSize;
+using AlignmentMatrix = Eigen::Matrix<double, kAlignmentSize, kAlignmentSize>;
+
 struct RefinedAlignment {
   VisualInertialAlignment alignment;
-  InertialMatrix covariance = InertialMatrix::Zero();
+  AlignmentMatrix covariance = AlignmentMatrix::Zero();
   double rms = 0.0;           // of whitened residuals per axis, those of outliers cut
   double inlier_share = 0.0;  // of the residuals within three sigma
   int iterations = 0;
   bool converged = false;
 };
 
-// Robust Levenberg-Marquardt over unknowns and inverse depths from `initial`; the bearing residuals
-// of the estimator, with the prior of `imu` on the biases.
+// Robust Levenberg-Marquardt over unknowns, disturbances and inverse depths from `initial`; the
+// bearing residuals of the estimator, with the prior of `imu` on the biases and its noise on the
+// disturbances. Contract: a path of at least two instants.
 RefinedAlignment RefineAlignment(const AlignmentData& data, const InertialPath& path,
                                  const VisualInertialAlignment& initial, const ImuSpec& imu);
 

@@ -193,30 +193,28 @@ Eigen::Matrix<double, 3, 2> LevelDerivative(const Eigen::Quaterniond& R_world_fi
   return tilt - gravity * (heading * tilt) / heading.dot(gravity);
 }
 
-// Covariance of the last state: of the unknowns, of the gauge, and of what the IMU's noise adds on
-// the way, of which the tracks have taken back a part that is not counted.
-Matrix15d LastCovariance(const InertialPath& path, const InertialUnknowns& unknowns,
+// Covariance of the last state, and of the gauge.
+Matrix15d LastCovariance(const InertialPath& path, const internal::VisualInertialAlignment& at,
                          const Eigen::Quaterniond& R_world_first,
-                         const InertialMatrix& covariance) {
+                         const internal::AlignmentMatrix& covariance) {
   using nav_index::kPosition, nav_index::kRotation;
-  const InertialPath::Step step = path.At(path.size() - 1, unknowns);
+  const InertialPath::Step step = path.At(path.size() - 1, at.unknowns, at.disturbances.back());
   const Eigen::Matrix3d R = R_world_first.toRotationMatrix();
   const Eigen::Matrix3d R_first_body = step.T_first_body.R();
   Eigen::Matrix<double, 3, kSize> turn = Eigen::Matrix<double, 3, kSize>::Zero();
-  turn.middleCols<2>(kGravity) = LevelDerivative(R_world_first, unknowns.gravity);
-  Eigen::Matrix<double, 15, kSize> J = Eigen::Matrix<double, 15, kSize>::Zero();
-  J.middleRows<3>(kPosition) =
+  turn.middleCols<2>(kGravity) = LevelDerivative(R_world_first, at.unknowns.gravity);
+  Eigen::Matrix<double, 15, internal::kAlignmentSize> J =
+      Eigen::Matrix<double, 15, internal::kAlignmentSize>::Zero();
+  J.block<3, kSize>(kPosition, 0) =
       R * (R_first_body * step.d_pose.topRows<3>() - Hat(step.T_first_body.translation()) * turn);
-  J.middleRows<3>(nav_index::kVelocity) = R * (step.d_velocity - Hat(step.velocity) * turn);
-  J.middleRows<3>(kRotation) = step.d_pose.bottomRows<3>() + R_first_body.transpose() * turn;
+  J.block<3, kSize>(nav_index::kVelocity, 0) = R * (step.d_velocity - Hat(step.velocity) * turn);
+  J.block<3, kSize>(kRotation, 0) = step.d_pose.bottomRows<3>() + R_first_body.transpose() * turn;
   J.block<3, 3>(nav_index::kAccelerometerBias, inertial_index::kAccelerometerBias).setIdentity();
   J.block<3, 3>(nav_index::kGyroscopeBias, inertial_index::kGyroscopeBias).setIdentity();
-
-  Matrix15d to_world = Matrix15d::Identity();
-  to_world.block<3, 3>(kPosition, kPosition) = R;
-  to_world.block<3, 3>(nav_index::kVelocity, nav_index::kVelocity) = R;
-  Matrix15d result = J * covariance * J.transpose() +
-                     to_world * path.NoiseCovariance(path.size() - 1) * to_world.transpose();
+  J.block<3, 3>(kPosition, kSize + kPosition) = R;
+  J.block<3, 3>(nav_index::kVelocity, kSize + nav_index::kVelocity) = R;
+  J.block<3, kDisturbanceSize>(kRotation, kSize) = step.d_disturbance.bottomRows<3>();
+  Matrix15d result = J * covariance * J.transpose();
   result.diagonal().segment<3>(kPosition).array() += kGaugePositionSigma * kGaugePositionSigma;
   const Eigen::Vector3d up = (R * R_first_body).transpose().col(2);
   result.block<3, 3>(kRotation, kRotation) +=
@@ -224,17 +222,16 @@ Matrix15d LastCovariance(const InertialPath& path, const InertialUnknowns& unkno
   return result;
 }
 
-// The biases that are found have taken the mean of the white noise with them, and are those of the
-// middle of the path.
-InertialDelta BiasVariance(const ImuNoise& noise, double seconds) {
-  const auto variance = [seconds](double density, double walk) {
-    return density * density / seconds + walk * walk * seconds / 3.0;
-  };
-  InertialDelta result = InertialDelta::Zero();
-  result.segment<3>(inertial_index::kAccelerometerBias)
-      .setConstant(variance(noise.accelerometer_density, noise.accelerometer_random_walk));
-  result.segment<3>(inertial_index::kGyroscopeBias)
-      .setConstant(variance(noise.gyroscope_density, noise.gyroscope_random_walk));
+// The biases that are found are those of the middle of the path.
+Matrix15d BiasWalk(const ImuNoise& noise, double seconds) {
+  const auto variance = [seconds](double walk) { return walk * walk * seconds / 3.0; };
+  Matrix15d result = Matrix15d::Zero();
+  result.diagonal()
+      .segment<3>(nav_index::kAccelerometerBias)
+      .setConstant(variance(noise.accelerometer_random_walk));
+  result.diagonal()
+      .segment<3>(nav_index::kGyroscopeBias)
+      .setConstant(variance(noise.gyroscope_random_walk));
   return result;
 }
 
@@ -246,7 +243,8 @@ Initialization StatesOf(const StartData& data, const internal::RefinedAlignment&
   const Eigen::Quaterniond R_world_first = LevelRotation(-unknowns.gravity);
   const Pose3 T_world_first(R_world_first, Eigen::Vector3d::Zero());
   Initialization start{.method = "visual-inertial", .rms_residual = refined.rms};
-  const std::vector<InertialPath::Step> steps = path.Steps(unknowns);
+  const std::vector<InertialPath::Step> steps =
+      path.Steps(unknowns, refined.alignment.disturbances);
   for (const FrameInstant& frame : data.frames) {
     const InertialPath::Step& step = steps[IndexOf(instants, frame.stamp)];
     start.states.push_back({.stamp = frame.stamp,
@@ -254,9 +252,9 @@ Initialization StatesOf(const StartData& data, const internal::RefinedAlignment&
                             .v_world_body = R_world_first * step.velocity,
                             .bias = unknowns.bias});
   }
-  InertialMatrix covariance = scale * scale * refined.covariance;
-  covariance.diagonal() += BiasVariance(imu.noise, path.Elapsed(path.size() - 1));
-  start.covariance = LastCovariance(path, unknowns, R_world_first, covariance);
+  start.covariance =
+      LastCovariance(path, refined.alignment, R_world_first, scale * scale * refined.covariance) +
+      BiasWalk(imu.noise, path.Elapsed(path.size() - 1));
   return start;
 }
 
@@ -295,10 +293,11 @@ Expected<Initialization> InitializeFromTracks(const StartData& data, const ImuSp
   if (auto enough = CheckEnough(data, features.size(), config); !enough) {
     return tl::unexpected(enough.error());
   }
+  std::string no_rest;
   if (MedianMotion(features) < config.rest_motion) {
     const std::vector<ImuSample> samples =
         SamplesBetween(data.samples, data.frames.front().stamp, data.frames.back().stamp);
-    if (const auto rest = InitializeAtRest(samples, imu, gravity)) {
+    if (const auto rest = InitializeAtRest(samples, imu, gravity, &no_rest)) {
       return RestAt(*rest, data.frames);
     }
   }
@@ -309,7 +308,8 @@ Expected<Initialization> InitializeFromTracks(const StartData& data, const ImuSp
   // Residuals above what the tracks promise widen the covariance.
   const double scale = std::max(1.0, alignment.refined.rms);
   if (const std::string objection = Objection(alignment, scale, config); !objection.empty()) {
-    return MakeError(ErrorKind::kEstimation, "{}", objection);
+    return MakeError(ErrorKind::kEstimation, "{}{}", objection,
+                     no_rest.empty() ? "" : "; no rest, as " + no_rest);
   }
   return StatesOf(data, alignment.refined, scale, imu);
 }
