@@ -58,8 +58,12 @@ Expected<void> AddNamedFaults(const FaultArguments& arguments, SequenceFaults& f
     if (!parsed) return tl::unexpected(parsed.error());
     std::vector<double> numbers = parsed->numbers;
     numbers.resize(3, 0.0);
-    faults.clocks[parsed->name] = {
-        .offset = numbers[0], .drift_ppm = numbers[1], .jitter = numbers[2]};
+    const ClockError clock{.offset = numbers[0], .drift_ppm = numbers[1], .jitter = numbers[2]};
+    if (!faults.clocks.emplace(parsed->name, clock).second) {
+      return MakeError(ErrorKind::kConfiguration,
+                       "--clock {}: a second clock of {}; give offset, drift and jitter at once",
+                       text, parsed->name);
+    }
   }
   for (const std::string& text : arguments.triggers) {
     const auto parsed = Parse("--trigger", text, 1, 1, "CAMERA,DELAY");

@@ -7,7 +7,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -27,35 +26,12 @@
 #include "mlvi/sim/scene_import.h"
 #include "option_values.h"
 #include "sensor_selection.h"
+#include "sequence_description.h"
+#include "simulate_options.h"
 
 namespace {
 
 using namespace mlvi;
-using Json = nlohmann::ordered_json;
-
-struct SimulateOptions {
-  std::string sequence;
-  std::string output;
-  std::string rig;  // empty: the sequence's own
-  std::string trajectory, imu, scene;
-  std::vector<double> start;  // x, y, z, heading in deg
-  std::vector<std::string> waypoints;
-  SceneImportOptions scene_import;
-  std::string cameras = "all";
-  double image_rate = 0.0;
-  bool contact_sheet = false;
-  int jpeg_quality = 80;
-  double seconds = 0.0;
-  double rest = 2.0;
-  std::uint64_t seed = 1;
-  bool list = false;
-  bool wrong_extrinsics = false, exact_extrinsics = false, ideal_lidar = false, ideal_imu = false;
-  bool plane_surfaces = false, no_operator = false, exact_clocks = false;
-  FaultArguments faults;
-  BagCompression compression = BagCompression::kNone;
-  VelodyneStamp velodyne_stamp = VelodyneStamp::kFirstPacket;
-  int threads = 0;
-};
 
 // Poses of the body, and the biases of the IMU where the file knows them (EuRoC).
 struct RecordedMotion {
@@ -195,140 +171,29 @@ Expected<void> CheckFree(const Recording& recording, const SimulateOptions& opti
                             : "other waypoints, --scene-scale or --scene-up");
 }
 
-Json ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Json ToJson(const Pose3& pose) {
-  const Eigen::Quaterniond& q = pose.rotation();
-  return {{"t", ToJson(pose.translation())}, {"q_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
-}
-
-Json ToJson(const ImuBias& bias) {
-  return {{"accelerometer_m_s2", ToJson(bias.accelerometer)},
-          {"gyroscope_rad_s", ToJson(bias.gyroscope)}};
-}
-
-Json ToJson(const ImuErrors& errors) {
-  const auto& [vibration, warm_up, sensitivity] = errors;
-  return {{"vibration",
-           {{"acceleration_m_s2", vibration.acceleration},
-            {"rate_rad_s", vibration.rate},
-            {"lowest_hz", vibration.lowest},
-            {"highest_hz", vibration.highest}}},
-          {"warm_up",
-           {{"accelerometer_m_s2", warm_up.accelerometer},
-            {"gyroscope_rad_s", warm_up.gyroscope},
-            {"time_constant_s", warm_up.time_constant}}},
-          {"largest_scale_error",
-           {{"accelerometer", sensitivity.accelerometer}, {"gyroscope", sensitivity.gyroscope}}}};
-}
-
-// Row by row.
-Json RowsJson(const Eigen::Matrix3d& m) {
-  Json rows = Json::array();
-  for (const auto& row : m.rowwise()) rows.push_back({row[0], row[1], row[2]});
-  return rows;
-}
-
-// By material; none where surfaces are plane.
-Json ReliefJson(const Recording& recording) {
-  Json json = Json::object();
-  if (recording.lidar().pattern().physics.plane_surfaces) return json;
-  for (const Material& material : recording.world().mesh().materials) {
-    const Relief& relief = material.relief;
-    if (relief.plane()) continue;
-    json[material.name] = {{"fine_m", relief.fine},
-                           {"fine_size_m", relief.fine_size},
-                           {"coarse_m", relief.coarse},
-                           {"coarse_size_m", relief.coarse_size}};
+// Lights can go off only where there are some.
+Expected<void> CheckLamps(const Recording& recording) {
+  const Lighting& light = recording.world().lighting();
+  if (!recording.options().faults.lights_off || !light.lamps.empty() ||
+      light.carried_lamp_intensity > 0.0) {
+    return {};
   }
-  return json;
+  return MakeError(
+      ErrorKind::kConfiguration,
+      "--lights-off: the place of '{}' has no lamps, daylight is its only light; leave "
+      "it out or choose a sequence inside a building",
+      recording.options().sequence);
 }
 
-Json NoiseJson(const Recording& recording) {
-  const SequenceOptions& options = recording.options();
-  const ImuNoise& imu = options.imu_noise;
-  const LidarPhysics& lidar = recording.lidar().pattern().physics;
-  return {{"imu",
-           {{"accelerometer_density", imu.accelerometer_density},
-            {"gyroscope_density", imu.gyroscope_density},
-            {"accelerometer_random_walk", imu.accelerometer_random_walk},
-            {"gyroscope_random_walk", imu.gyroscope_random_walk}}},
-          {"imu_errors", ToJson(EffectiveErrors(options.imu_errors, options.faults))},
-          {"imu_sensitivity",
-           {{"accelerometer", RowsJson(recording.imu().accelerometer_sensitivity())},
-            {"gyroscope", RowsJson(recording.imu().gyroscope_sensitivity())}}},
-          {"lidar",
-           {{"range_noise_m", lidar.range_noise},
-            {"beam_noise_rad", lidar.beam_noise},
-            {"max_range_m", lidar.max_range},
-            {"dropout", lidar.dropout},
-            {"first_surface", lidar.first_surface},
-            {"surface_relief", ReliefJson(recording)},
-            {"beam_divergence_rad", lidar.beam_divergence},
-            {"pulse_length_m", lidar.pulse_length},
-            {"incidence_bias", lidar.incidence_bias},
-            {"walk_error_m_per_decade", lidar.walk_error}}}};
-}
-
-Json MotionJson(const Recording& recording) {
-  const MotionStatistics motion =
-      MeasureMotion(recording.motion(), recording.begin(), recording.end());
-  return {{"mean_speed_m_s", motion.mean_speed},
-          {"mean_rate_rad_s", motion.mean_rate},
-          {"p95_rate_rad_s", motion.p95_rate},
-          {"max_rate_rad_s", motion.max_rate},
-          {"max_acceleration_m_s2", motion.max_acceleration}};
-}
-
-Json CamerasJson(const Recording& recording) {
-  const CameraPhysics& physics = recording.options().camera_physics;
-  Json json = Json::object();
+// For readers of the bag: the cameras whose images are in it, at the rates at which they are.
+Rig RigOfBag(const Recording& recording) {
+  Rig rig = recording.rig();
+  rig.cameras.clear();
   for (const CameraStream& stream : recording.cameras()) {
-    const CameraSpec& truth =
-        recording.options().rig.true_rig.cameras[static_cast<std::size_t>(stream.camera())];
-    double longest = 0.0, highest = 1.0;
-    for (std::size_t i = 0; i < stream.size(); ++i) {
-      longest = std::max(longest, stream.ExposureOf(i).seconds);
-      highest = std::max(highest, stream.ExposureOf(i).gain);
-    }
-    json[truth.name] = {{"true_T_body_camera", ToJson(truth.T_body_camera)},
-                        {"true_time_offset_s", truth.time_offset.seconds()},
-                        {"longest_exposure_s", longest},
-                        {"highest_gain", highest},
-                        {"read_noise_electrons", physics.read_noise},
-                        {"gamma", physics.gamma},
-                        {"row_time_s", physics.row_time.seconds()}};
+    rig.cameras.push_back(recording.rig().cameras[static_cast<std::size_t>(stream.camera())]);
+    rig.cameras.back().rate_hz = stream.rate_hz();
   }
-  return json;
-}
-
-Json Description(const Recording& recording, const SimulateOptions& options, bool interrupted) {
-  const SequenceOptions& sequence = recording.options();
-  Json messages;
-  for (const auto& [topic, counts] : recording.Counts()) messages[topic] = counts.messages;
-  return {{"sequence", sequence.sequence},
-          {"status", interrupted ? "interrupted" : "complete"},
-          {"seed", sequence.seed},
-          {"seconds", sequence.seconds},
-          {"rest_s", sequence.rest},
-          {"operator", sequence.carried},
-          {"begin", ToString(sequence.begin)},
-          {"end", ToString(interrupted ? recording.reached() : recording.end())},
-          {"trajectory", options.trajectory},
-          {"recorded_imu", options.imu},
-          {"scene", options.scene},
-          {"rig", recording.rig().name},
-          {"true_T_body_lidar", ToJson(sequence.rig.true_rig.lidar->T_body_lidar)},
-          {"estimator_T_body_lidar", ToJson(recording.rig().lidar->T_body_lidar)},
-          {"gravity_m_s2", sequence.rig.true_rig.gravity},
-          {"messages", messages},
-          {"cameras", CamerasJson(recording)},
-          {"faults", ToJson(sequence.faults)},
-          {"clocks", ToJson(EffectiveClocks(sequence.clocks, sequence.faults))},
-          {"noise", NoiseJson(recording)},
-          {"bias_at_begin", ToJson(recording.GroundTruth(recording.begin()).bias)},
-          {"bias_at_end", ToJson(recording.GroundTruth(recording.end()).bias)},
-          {"motion", MotionJson(recording)}};
+  return rig;
 }
 
 // Up to where the bag goes: all of it, unless it was interrupted.
@@ -338,12 +203,15 @@ Expected<void> WriteTruth(const Recording& recording, bool interrupted, const st
       interrupted ? std::min(recording.reached() + kStep, recording.end()) : recording.end();
   std::vector<StampedPose> poses;
   for (Time t = recording.begin(); t <= end; t = t + kStep) {
-    poses.push_back({.stamp = t, .pose = recording.motion().PoseAt(t)});
+    poses.push_back({.stamp = recording.TruthStamp(t), .pose = recording.motion().PoseAt(t)});
   }
+  const std::string& clock = recording.options().truth_clock;
   return WriteTum(
       poses, path,
-      "T_world_body: pose of the IMU in the simulated world (z up; not the first pose), exact, "
-      "at 100 Hz on the true clock; t x y z qx qy qz qw");
+      fmt::format(
+          "T_world_body: pose of the IMU in the simulated world (z up; not the first pose), "
+          "exact, at 100 Hz, stamped by {}; t x y z qx qy qz qw",
+          clock.empty() ? "a clock without errors" : "the clock of the " + clock));
 }
 
 Expected<void> WriteBag(Recording& recording, const std::string& path,
@@ -378,8 +246,8 @@ Expected<void> WriteContactSheets(const Recording& recording, const std::filesys
 
 void PrintCatalogue() {
   for (const SequenceInfo& info : SequenceCatalogue()) {
-    fmt::print("{:<27} {:>4.0f} s  {:<13}  {}\n", info.name, info.seconds, info.rig,
-               info.description);
+    fmt::print("{:<27} {:>4.0f} s  {:<13}  {}{}\n", info.name, info.seconds, info.rig,
+               info.description, info.paper.empty() ? "" : fmt::format(" [{}]", info.paper));
   }
 }
 
@@ -397,6 +265,12 @@ Expected<int> Simulate(const SimulateOptions& options) {
   const ThreadLimit threads(options.threads);
   Recording recording(*sequence, RecordingForm::kMessages);
   if (const auto free = CheckFree(recording, options); !free) return tl::unexpected(free.error());
+  if (const auto lamps = CheckLamps(recording); !lamps) return tl::unexpected(lamps.error());
+  if (sequence->carried && !recording.options().carried && !sequence->trajectory &&
+      !sequence->own_world) {
+    fmt::print("nobody carries the rig '{}': it reaches too far from its IMU\n",
+               recording.rig().name);
+  }
 
   std::error_code error;
   std::filesystem::create_directories(options.output, error);
@@ -404,18 +278,17 @@ Expected<int> Simulate(const SimulateOptions& options) {
     return MakeError(ErrorKind::kConfiguration, "cannot create {}: {}", options.output,
                      error.message());
   }
-  const std::filesystem::path folder(options.output);
+  const std::filesystem::path folder(options.output), bag = folder / (options.sequence + ".bag");
   const InterruptGuard guard;
   const auto written =
-      SaveRig(recording.rig(), folder / "rig.yaml")
-          .and_then([&] {
-            return WriteBag(recording, folder / (options.sequence + ".bag"), options, guard);
-          })
+      SaveRig(RigOfBag(recording), folder / "rig.yaml")
+          .and_then([&] { return WriteBag(recording, bag, options, guard); })
           .and_then([&] {
             return WriteTruth(recording, guard.interrupted(), folder / "groundtruth.tum");
           })
           .and_then([&] {
-            const Json description = Description(recording, options, guard.interrupted());
+            const auto description = DescribeSequence(recording, options, guard.interrupted(),
+                                                      std::filesystem::file_size(bag, error));
             return WriteWholeFile(folder / "sequence.json", description.dump(2) + "\n");
           })
           .and_then([&]() -> Expected<void> {
@@ -423,8 +296,10 @@ Expected<int> Simulate(const SimulateOptions& options) {
             return WriteContactSheets(recording, folder);
           });
   if (!written) return tl::unexpected(written.error());
-  fmt::print("{:.1f} s of {}{} in {}\n", (recording.reached() - recording.begin()).seconds(),
-             options.sequence, guard.interrupted() ? " (interrupted)" : "", options.output);
+  fmt::print("{:.1f} s of {}{} in {}, bag of {:.1f} MB\n",
+             (recording.reached() - recording.begin()).seconds(), options.sequence,
+             guard.interrupted() ? " (interrupted)" : "", options.output,
+             1e-6 * static_cast<double>(std::filesystem::file_size(bag, error)));
   return guard.interrupted() ? kExitInterrupted : kExitDone;
 }
 

@@ -45,6 +45,14 @@ inline SequenceOptions MakeSequence(const DrawnSetup& o, const Rig& rig) {
   return sequence;
 }
 
+// When images with that stamp were taken, and the truth then; cameras share a clock.
+inline Time TrueTimeOf(const Recording& recording, Time stamp) {
+  return recording.TrueTime(stamp, recording.rig().cameras.front().name);
+}
+inline NavState TruthOf(const Recording& recording, Time stamp) {
+  return recording.GroundTruth(stamp, recording.rig().cameras.front().name);
+}
+
 // All images of a sequence in one file: records of [camera, stamp, width, height, pixels].
 class ImageFile {
  public:

@@ -30,7 +30,7 @@ using namespace mlvi;
 struct Options : BenchSetup {
   int first_seed = 1;
   int seeds = 1;
-  bool json = false;
+  bool json = false, exact_clocks = false;
 };
 
 // One run's figures.
@@ -66,21 +66,26 @@ Pose3 YawAndPositionAlignment(const Pose3& T_world_body, const Pose3& T_truth_bo
   return Pose3(rotation, T_world_body.translation() - rotation * T_truth_body.translation());
 }
 
+// Estimates belong to ends of sweeps: the truth at the instant at which the LiDAR's clock showed
+// `stamp`.
+Pose3 TruthOf(const Recording& recording, Time stamp) {
+  return recording.GroundTruth(stamp, "lidar").T_world_body;
+}
+
 class NeesCollector {
  public:
   // Takes states at least `period` seconds apart. `origin` is where the world was defined.
   NeesCollector(const Recording& recording, const StampedPose& origin, double period)
       : recording_(recording),
         period_(period),
-        T_world_truth_(
-            YawAndPositionAlignment(origin.pose, recording.GroundTruth(origin.stamp).T_world_body)),
+        T_world_truth_(YawAndPositionAlignment(origin.pose, TruthOf(recording, origin.stamp))),
         last_(origin.stamp) {}
 
   void Observe(const NavState& state, const Matrix15d& state_covariance) {
     if (state.stamp == last_ || (state.stamp - last_).seconds() < period_) return;
     last_ = state.stamp;
     const Pose3& T_world_body = state.T_world_body;
-    const Pose3 T_world_truth = T_world_truth_ * recording_.GroundTruth(state.stamp).T_world_body;
+    const Pose3 T_world_truth = T_world_truth_ * TruthOf(recording_, state.stamp);
     const Matrix6d covariance = PoseChartCovariance(T_world_body.R(), state_covariance);
     const auto nees = PoseNees(T_world_body, T_world_truth, covariance);
     if (!nees) return;
@@ -108,7 +113,7 @@ class NeesCollector {
 Trajectory TruthAt(const Recording& recording, const Trajectory& estimate) {
   Trajectory truth;
   for (const StampedPose& pose : estimate) {
-    truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(pose.stamp).T_world_body});
+    truth.push_back({.stamp = pose.stamp, .pose = TruthOf(recording, pose.stamp)});
   }
   return truth;
 }
@@ -135,6 +140,7 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
                 std::uint64_t seed) {
   SequenceOptions sequence = StandardSequence(options.sequence, rig, options.seconds, seed);
   sequence.rest = options.rest;
+  if (options.exact_clocks) sequence.clocks = {};
   Recording recording(sequence);
   Rig used = recording.rig();
   used.cameras.clear();
@@ -195,6 +201,7 @@ nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
           {"rig", options.rig},
           {"seed", o.seed},
           {"settings", options.assignments},
+          {"exact_clocks", options.exact_clocks},
           {"odometry_ate_m", o.odometry_ate},
           {"trajectory_ate_m", o.trajectory_ate},
           {"attitude_rmse_deg", o.attitude_rmse_deg},
@@ -290,6 +297,7 @@ int main(int argc, char** argv) {
   AddSetupOptions(app, options);
   app.add_option("--first-seed", options.first_seed, "First seed");
   app.add_option("--seeds", options.seeds, "Number of seeds");
+  app.add_flag("--exact-clocks", options.exact_clocks, "Stamps without the rig's errors");
   app.add_flag("--json", options.json, "One JSON object per run");
   CLI11_PARSE(app, argc, argv);
   return Run(options);

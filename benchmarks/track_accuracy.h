@@ -48,14 +48,14 @@ class TrackAccuracy {
   TrackAccuracy(const Recording& recording, const PanoramaModel& model)
       : recording_(&recording), model_(&model) {}
 
-  // After each set of images, taken at `stamp`: what the tracks saw in it.
-  void Observe(Time stamp, std::span<const Track> tracks) {
+  // After each set of images, taken at the true instant `time`: what the tracks saw in it.
+  void Observe(Time time, std::span<const Track> tracks) {
     FrameId frame;
     for (const Track& track : tracks) frame = std::max(frame, track.last_frame());
     if (frame <= newest_) return;  // nothing was seen in this set
     newest_ = frame;
-    const WorldSnapshot world = recording_->world().At(stamp);
-    const Pose3 T_world_pano = recording_->GroundTruth(stamp).T_world_body * model_->T_body_pano();
+    const WorldSnapshot world = recording_->world().At(time);
+    const Pose3 T_world_pano = recording_->GroundTruth(time).T_world_body * model_->T_body_pano();
     for (const Track& track : tracks) {
       if (track.last_frame() != frame) continue;
       const PanoramicObservation& o = track.last();

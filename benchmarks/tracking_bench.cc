@@ -134,12 +134,12 @@ void FollowSequence(const DrawnSetup& setup, const VioConfig& config, const Reco
       [&](const ImageSet& set, const std::vector<ImuSample>& samples) {
         if (set.stamp > recording.end()) return;
         if (!started) {
-          NavState truth = recording.GroundTruth(set.stamp);
+          NavState truth = TruthOf(recording, set.stamp);
           truth.bias = imu.BiasAt(set.stamp);
           vio.Start(NoisyTruth(truth, seed));
         }
         started = vio.Process(set, samples).status == VioResult::Status::kTracking;
-        accuracy.Observe(set.stamp, vio.tracks());
+        accuracy.Observe(TrueTimeOf(recording, set.stamp), vio.tracks());
       });
   PrintRows(used.cameras.size(), accuracy.Rows());
 }

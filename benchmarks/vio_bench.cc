@@ -40,11 +40,11 @@ struct Options : DrawnSetup {
 
 // What the odometry's sweep would be: deskewed by the truth to its last firing, every fourth point.
 PointCloud Deskew(const LidarSweep& sweep, const Recording& recording, const Pose3& T_body_lidar) {
-  const Pose3 T_end_world = recording.GroundTruth(sweep.end()).T_world_body.inverse();
+  const Pose3 T_end_world = recording.GroundTruth(sweep.end(), "lidar").T_world_body.inverse();
   std::vector<Eigen::Isometry3d> steps;  // per millisecond
   for (double ms = 0.0; ms <= sweep.span.seconds() * 1e3 + 1.0; ms += 1.0) {
     const Time t = std::min(sweep.stamp + Duration::FromSeconds(1e-3 * ms), sweep.end());
-    const Pose3 T = T_end_world * recording.GroundTruth(t).T_world_body * T_body_lidar;
+    const Pose3 T = T_end_world * recording.GroundTruth(t, "lidar").T_world_body * T_body_lidar;
     steps.emplace_back(T.matrix());
   }
   PointCloud points;
@@ -140,7 +140,7 @@ class Runner {
     cpu_ += std::clock() - before;
     ++run.sets;
     run.cpu_ms = 1e3 * static_cast<double>(cpu_) / CLOCKS_PER_SEC / run.sets;
-    if (options_.tracks) accuracy_.Observe(set.stamp, vio_.tracks());
+    if (options_.tracks) accuracy_.Observe(TrueTimeOf(recording_, set.stamp), vio_.tracks());
     Observe(set, result);
   }
   std::vector<TrackAccuracy::Row> TrackErrors() const { return accuracy_.Rows(); }
@@ -148,7 +148,7 @@ class Runner {
 
  private:
   NavState Truth(Time stamp) const {
-    NavState truth = recording_.GroundTruth(stamp);
+    NavState truth = TruthOf(recording_, stamp);
     truth.bias = imu_.BiasAt(stamp);
     return truth;
   }
@@ -163,7 +163,7 @@ class Runner {
     }
     if (!result.estimate) return;
     const Pose3& pose = result.estimate->state.T_world_body;
-    const Pose3 truth = recording_.GroundTruth(set.stamp).T_world_body;
+    const Pose3 truth = TruthOf(recording_, set.stamp).T_world_body;
     run.estimate.push_back({.stamp = set.stamp, .pose = pose});
     run.keyframes += result.keyframe ? 1 : 0;
     const int alive = result.tracking.followed + result.tracking.started;
@@ -208,7 +208,7 @@ class Runner {
 nlohmann::ordered_json Accuracy(const Run& run, const Recording& recording) {
   Trajectory truth;
   for (const StampedPose& pose : run.estimate) {
-    truth.push_back({.stamp = pose.stamp, .pose = recording.GroundTruth(pose.stamp).T_world_body});
+    truth.push_back({.stamp = pose.stamp, .pose = TruthOf(recording, pose.stamp).T_world_body});
   }
   const auto e = mlvi::Evaluate(run.estimate, truth, {});
   if (!e) return {{"error", e.error().message}};
@@ -292,7 +292,7 @@ void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
   std::optional<Cloud> cloud = clouds ? clouds->Next() : std::nullopt;
   const auto add_clouds = [&](Time now) {
     for (; cloud && cloud->stamp <= now; cloud = clouds->Next()) {
-      vio.AddDepthCloud(cloud->points, recording.GroundTruth(cloud->stamp).T_world_body,
+      vio.AddDepthCloud(cloud->points, recording.GroundTruth(cloud->stamp, "lidar").T_world_body,
                         cloud->stamp);
     }
   };

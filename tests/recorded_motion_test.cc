@@ -41,7 +41,7 @@ class RecordedMotion : public ::testing::Test {
   void Simulate(const std::string& arguments, double seconds) {
     const std::string command = std::string(MLVI_BINARY) +
                                 " simulate room-01 --rig euroc_os0 --cameras none --start "
-                                "5.3,4.2,1.2,0 --seconds " +
+                                "5.3,4.2,1.2,90 --seconds " +
                                 std::to_string(seconds) + " " + arguments + " -o " +
                                 output_.path().string() + " >/dev/null 2>&1";
     ASSERT_EQ(std::system(command.c_str()), 0) << command;
@@ -107,6 +107,8 @@ TEST_F(RecordedMotion, FlightAndImuOfEuroc) {
   std::ifstream file(output_.path() / "sequence.json");
   const auto json = nlohmann::json::parse(file);
   EXPECT_EQ(json["recorded_imu"], imu_file_);
+  EXPECT_TRUE(json["noise"]["imu"].is_null()) << "noise that nobody has added";
+  EXPECT_EQ(json["trajectory_start"]["position"], nlohmann::json({5.3, 4.2, 1.2}));
   const auto bias = json["bias_at_begin"]["gyroscope_rad_s"].get<std::vector<double>>();
   EXPECT_LT((Eigen::Vector3d(bias.data()) - flown_.front().bias.gyroscope).norm(), 1e-4);
 }
@@ -141,7 +143,7 @@ TEST_F(RecordedMotion, EndsWithTheFlightAndStaysOutOfWalls) {
   ASSERT_TRUE(WriteTum(poses, path, "").has_value());
   const std::string command = std::string(MLVI_BINARY) +
                               " simulate room-01 --rig euroc_os0 --cameras none --start "
-                              "5.3,4.2,1.2,0 --trajectory " +
+                              "5.3,4.2,1.2,90 --trajectory " +
                               path + " -o " + output_.path().string() + " >/dev/null 2>&1";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
 }

@@ -76,6 +76,116 @@ INSTANTIATE_TEST_SUITE_P(Rigs, SimulatedBags,
                          ::testing::Values("newer_college", "m2dgr", "hilti_2022"),
                          [](const auto& tested) { return tested.param; });
 
+// What drivers stamp, as it stands in the bag: the rig's own time offsets are not added yet.
+struct Stamps {
+  std::vector<Time> imu, lidar;
+  std::map<std::string, std::vector<Time>> images;  // by camera
+};
+
+Stamps StampsInBag(const std::string& path, Rig rig, const std::vector<std::string>& cameras) {
+  rig.imu.time_offset = rig.lidar->time_offset = Duration();
+  for (CameraSpec& camera : rig.cameras) camera.time_offset = Duration();
+  Stamps stamps;
+  const auto source = RosBagSource::Open({path}, rig, {.cameras = cameras}).value();
+  for (const Measurement& measurement : ReadAll(*source)) {
+    if (const auto* imu = std::get_if<ImuSample>(&measurement)) stamps.imu.push_back(imu->stamp);
+    if (const auto* sweep = std::get_if<LidarSweep>(&measurement))
+      stamps.lidar.push_back(sweep->stamp);
+    if (const auto* image = std::get_if<Image>(&measurement))
+      stamps.images[rig.cameras[static_cast<std::size_t>(image->camera)].name].push_back(
+          image->stamp);
+  }
+  return stamps;
+}
+
+// How late stamps are against true instants, s: evenly distributed within these.
+struct Lateness {
+  std::string rig, sequence, camera;
+  double imu_from, imu_to, lidar_from, lidar_to, image_from, image_to;
+};
+
+class ClocksOfRig : public ::testing::TestWithParam<Lateness> {};
+
+// Newer College and Hilti: LiDAR and cameras on one clock, the IMU behind it by what the cameras'
+// calibrations say. M2DGR: what arrives at a computer when.
+TEST_P(ClocksOfRig, StampAsItsDriversDo) {
+  const Lateness& expected = GetParam();
+  const Rig rig = LoadRig(expected.rig).value();
+  SequenceOptions options = StandardSequence(expected.sequence, rig, 0.3);
+  options.carried = false;  // nobody hides the beginning of sweeps, which readers take stamps from
+  options.cameras = {expected.camera};
+  options.image_rate = 12.0;
+  const test::TemporaryFolder folder("clocks_of_rig");
+  const std::string bag = folder.path() / "clocks.bag";
+  Recording messages(options, RecordingForm::kMessages);
+  const auto writer = BagWriter::Create(bag, messages.rig()).value();
+  while (auto message = messages.Next().value()) ASSERT_TRUE(writer->Write(*message).has_value());
+  ASSERT_TRUE(writer->Close().has_value());
+  const Stamps stamps = StampsInBag(bag, rig, options.cameras);
+  const std::vector<Time>& images = stamps.images.at(expected.camera);
+  ASSERT_EQ(stamps.imu.size(), messages.imu().size());
+  ASSERT_EQ(stamps.lidar.size(), 3U);
+  ASSERT_EQ(images.size(), messages.cameras()[0].size());
+  ASSERT_FALSE(images.empty());
+  constexpr double kText = 1e-6;  // Velodyne's and Hesai's times, and the rig file's
+  const auto expect = [&](Time stamp, Time instant, double from, double to) {
+    EXPECT_GE((stamp - instant).seconds(), from - kText);
+    EXPECT_LE((stamp - instant).seconds(), to + kText);
+  };
+  for (std::size_t i = 0; i < stamps.imu.size(); ++i)
+    expect(stamps.imu[i], messages.imu().StampOf(i), expected.imu_from, expected.imu_to);
+  for (std::size_t i = 0; i < stamps.lidar.size(); ++i) {
+    const Time instant = messages.begin() + Duration::FromMilliseconds(100 * static_cast<int>(i));
+    expect(stamps.lidar[i], instant, expected.lidar_from, expected.lidar_to);
+  }
+  for (std::size_t i = 0; i < images.size(); ++i)
+    expect(images[i], messages.cameras()[0].TimeOf(i), expected.image_from, expected.image_to);
+  // What sequence.json says of it, and where a stamp's truth is looked up.
+  EXPECT_NEAR(
+      messages.TrueTimeOffset(expected.camera).seconds(),
+      0.5 * (expected.imu_from + expected.imu_to) - 0.5 * (expected.image_from + expected.image_to),
+      kText);
+  const double jitter = 0.5 * (expected.lidar_to - expected.lidar_from);
+  for (std::size_t i = 0; i < stamps.lidar.size(); ++i) {
+    const Time instant = messages.begin() + Duration::FromMilliseconds(100 * static_cast<int>(i));
+    EXPECT_NEAR((messages.TrueTime(stamps.lidar[i], "lidar") - instant).seconds(), 0.0,
+                jitter + kText);
+    // Truth made of registered sweeps has their stamps, that of other instruments their own.
+    const double shift = (messages.TruthStamp(instant) - instant).seconds();
+    EXPECT_NEAR(shift, jitter > 0.0 ? 0.0 : expected.lidar_from, kText);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rigs, ClocksOfRig,
+    ::testing::Values(Lateness{"newer_college", "quad-easy", "cam0", 0.0, 0.0, -1.819e-3, -1.819e-3,
+                               -1.832126e-3, -1.832126e-3},
+                      Lateness{"hilti_2022", "basement-2", "cam0", 0.0, 0.0, -1.70246e-3,
+                               -1.70246e-3, -1.7e-3, -1.7e-3},
+                      Lateness{"m2dgr", "room-01", "left", 4e-3, 6e-3, 1e-3, 1.5e-3, 5e-3, 6e-3}),
+    [](const auto& tested) { return tested.param.rig; });
+
+// Rigs are carried as their front cameras look.
+TEST(Simulation, WalksAheadWithEveryRig) {
+  for (const std::string name : {"newer_college", "hilti_2022", "m2dgr", "euroc_os0"}) {
+    const Rig rig = LoadRig(name).value();
+    SequenceOptions options = StandardSequence("quad-easy", rig, 5.0);
+    options.rest = 0.0;
+    const Recording recording(options);
+    const Pose3& front = rig.cameras.front().T_body_camera;
+    double ahead = 0.0, all = 0.0;
+    for (int i = 0; i < 50; ++i) {
+      const NavState state =
+          recording.GroundTruth(recording.begin() + Duration::FromMilliseconds(100 * i));
+      const Eigen::Vector3d in_camera =
+          (state.T_world_body * front).rotation().conjugate() * state.v_world_body;
+      ahead += in_camera.z();
+      all += state.v_world_body.norm();
+    }
+    EXPECT_GT(ahead, 0.97 * all) << name;
+  }
+}
+
 #ifdef MLVI_BINARY
 
 int RunMlvi(const std::string& arguments) { return test::RunMlvi(arguments).exit_code; }
@@ -227,12 +337,129 @@ TEST(SimulateCommand, InterruptionKeepsWhatWasSimulated) {
   EXPECT_EQ(nlohmann::json::parse(file).at("status"), "interrupted");
 }
 
+nlohmann::json DescriptionIn(const std::filesystem::path& folder) {
+  std::ifstream file(folder / "sequence.json");
+  return nlohmann::json::parse(file);
+}
+
+// Each switch takes away what it is named after, in the description and in the bag.
+TEST(SimulateCommand, SwitchesTakeAwayWhatTheyAreNamedAfter) {
+  const auto simulate = [](const std::string& extra) {
+    const test::TemporaryFolder folder("switches");
+    const std::string output = folder.path();
+    EXPECT_EQ(
+        RunMlvi("simulate basement-2 --cameras none --seconds 0.2 " + extra + " -o " + output), 0);
+    const Rig rig = LoadRig(output + "/rig.yaml").value();
+    return std::pair(DescriptionIn(output),
+                     ReadAll(*RosBagSource::Open({output + "/basement-2.bag"}, rig).value()));
+  };
+  const auto sweep_of = [](const std::vector<Measurement>& all) {
+    for (const Measurement& m : all)
+      if (const auto* sweep = std::get_if<LidarSweep>(&m)) return *sweep;
+    return LidarSweep{};
+  };
+  const auto imu_of = [](const std::vector<Measurement>& all) {
+    return std::get<ImuSample>(all.front()).linear_acceleration;
+  };
+  const auto same = [](const LidarSweep& a, const LidarSweep& b) {
+    return std::ranges::equal(a.points, b.points, {}, &LidarPoint::position, &LidarPoint::position);
+  };
+  const auto [usual, all] = simulate("");
+  const LidarSweep sweep = sweep_of(all);
+  EXPECT_NEAR(usual["clocks"]["lidar"]["offset_s"], -1.70246e-3, 1e-8);
+  EXPECT_NEAR(usual["lidar_time_offset"]["true_s"], 1.70246e-3, 1e-8);
+  EXPECT_EQ(usual["lidar_time_offset"]["rig_s"], 0.0);
+  EXPECT_EQ(usual["ground_truth_clock"], "lidar");
+  EXPECT_EQ(usual["operator"], true);
+  EXPECT_FALSE(usual["noise"]["lidar"]["surface_relief"].empty());
+  EXPECT_EQ(usual["noise"]["lidar"]["first_surface"], false);
+  EXPECT_GT(usual["noise"]["imu_errors"]["vibration"]["acceleration_m_s2"], 0.0);
+  EXPECT_NE(usual["true_T_body_lidar"], usual["estimator_T_body_lidar"]);
+  {
+    const auto [json, read] = simulate("--exact-clocks");
+    EXPECT_TRUE(json["clocks"].empty());
+    EXPECT_EQ(json["lidar_time_offset"]["true_s"], 0.0);
+    EXPECT_NEAR((sweep_of(read).stamp - sweep.stamp).seconds(), 1.70246e-3, 1e-6);
+    EXPECT_TRUE(same(sweep_of(read), sweep));
+  }
+  {
+    const auto [json, read] = simulate("--no-operator");
+    EXPECT_EQ(json["operator"], false);
+    EXPECT_GT(sweep_of(read).points.size(), sweep.points.size() + sweep.points.size() / 40);
+  }
+  {
+    const auto [json, read] = simulate("--plane-surfaces");
+    EXPECT_TRUE(json["noise"]["lidar"]["surface_relief"].empty());
+    EXPECT_FALSE(same(sweep_of(read), sweep));
+  }
+  {
+    const auto [json, read] = simulate("--ideal-lidar");
+    EXPECT_EQ(json["noise"]["lidar"]["first_surface"], true);
+    EXPECT_EQ(json["noise"]["lidar"]["incidence_bias"], 0.0);
+    EXPECT_FALSE(same(sweep_of(read), sweep));
+  }
+  {
+    const auto [json, read] = simulate("--ideal-imu");
+    EXPECT_EQ(json["noise"]["imu_errors"]["vibration"]["acceleration_m_s2"], 0.0);
+    EXPECT_NE(imu_of(read), imu_of(all));
+    EXPECT_TRUE(same(sweep_of(read), sweep));
+  }
+  {
+    const auto [json, read] = simulate("--exact-extrinsics");
+    EXPECT_EQ(json["true_T_body_lidar"], json["estimator_T_body_lidar"]);
+    EXPECT_FALSE(same(sweep_of(read), sweep));
+  }
+}
+
+// The rig of the bag and the description tell what is in it and how it was made.
+TEST(SimulateCommand, SaysHowARecordingWasMade) {
+  const test::TemporaryFolder folder("how");
+  const std::string output = folder.path();
+  const test::ProcessResult result = test::RunMlvi(
+      "simulate room-01 --cameras left --image-rate 12 --jpeg-quality 60 --seconds 0.2 "
+      "--velodyne-stamp last --compression lz4 --clock left,0.03,0,0.01 -o " +
+      output);
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto json = DescriptionIn(output);
+  EXPECT_EQ(json["bag"]["velodyne_stamp"], "last");
+  EXPECT_EQ(json["bag"]["compression"], "lz4");
+  EXPECT_EQ(json["bag"]["jpeg_quality"], 60);
+  EXPECT_EQ(json["bag"]["bytes"], std::filesystem::file_size(output + "/room-01.bag"));
+  EXPECT_THAT(result.output, ::testing::ContainsRegex("bag of [0-9.]+ MB"));
+  EXPECT_EQ(json["ground_truth_clock"], "true");
+  EXPECT_EQ(json["cameras"]["left"]["rate_hz"], 12.0);
+  // IMU 5 ms late on average, the camera 35 ms.
+  EXPECT_NEAR(json["cameras"]["left"]["time_offset"]["true_s"], -0.03, 1e-9);
+  EXPECT_EQ(json["cameras"]["left"]["time_offset"]["rig_s"], 0.0);
+  EXPECT_NEAR(json["cameras"]["left"]["time_offset"]["jitter_s"], 0.012, 1e-12);
+  const Rig rig = LoadRig(output + "/rig.yaml").value();
+  ASSERT_EQ(rig.cameras.size(), 1U);
+  EXPECT_EQ(rig.cameras[0].name, "left");
+  EXPECT_EQ(rig.cameras[0].rate_hz, 12.0);
+}
+
+TEST(SimulateCommand, NamesTheSequencesOfThePaper) {
+  EXPECT_THAT(test::RunMlvi("simulate --list").output, ::testing::HasSubstr("[Quad-Easy]"));
+}
+
 TEST(SimulateCommand, AnswersWrongUseWithExitCode1) {
   const test::TemporaryFolder folder("usage");
   EXPECT_EQ(RunMlvi("simulate courtyard-esay -o " + folder.path().string()), 1);
   EXPECT_EQ(RunMlvi("simulate courtyard-easy"), 1);
   EXPECT_EQ(RunMlvi("simulate courtyard-easy --seconds -3 -o " + folder.path().string()), 1);
   EXPECT_EQ(RunMlvi("simulate --list"), 0);
+  const auto refusal = [&](const std::string& arguments) {
+    const auto result =
+        test::RunMlvi("simulate quad-easy " + arguments + " -o " + folder.path().string());
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    return result.output;
+  };
+  EXPECT_THAT(refusal("--cameras cam0 --seconds 0.1 --image-rate 10 --lights-off 0,1"),
+              ::testing::HasSubstr("has no lamps"));
+  EXPECT_THAT(refusal("--cameras none --clock lidar,0.1 --clock lidar,0.2"),
+              ::testing::HasSubstr("second clock"));
+  EXPECT_THAT(refusal("--cameras none --seconds 0.5 --lidar-gap 100,5"),
+              ::testing::HasSubstr("ends after 0.5 s"));
 }
 
 #endif

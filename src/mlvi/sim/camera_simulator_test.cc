@@ -567,6 +567,37 @@ TEST(CameraSimulator, ExposureFollowsTheLightWithItsLag) {
   EXPECT_LE(exposures[119].seconds, CameraPhysics{}.max_exposure);
 }
 
+// Lamps, what they light, their shades and the lamp that is carried: all go off together.
+TEST(CameraSimulator, NothingShinesWhenTheLampsAreOff) {
+  MeshBuilder builder;
+  const MaterialId grey = builder.AddMaterial(Plain("grey", 0.5F));
+  Material shade = Plain("lamp", 0.5F);
+  shade.emission = 2000.0;
+  const MaterialId lamp = builder.AddMaterial(shade);
+  builder.AddQuad({5, -5, 0}, {5, -5, 4}, {5, 5, 4}, {5, 5, 0}, grey);  // a wall
+  builder.AddQuad({-1, -1, 3.9}, {-1, 1, 3.9}, {1, 1, 3.9}, {1, -1, 3.9}, lamp);
+  const World world(std::move(builder).Finish(),
+                    {.sun_illuminance = 0.0,
+                     .sky_illuminance = 0.0,
+                     .lamps = {{.position = {0.0, 0.0, 3.5}, .intensity = 100.0}},
+                     .lamp_level = [](double seconds) { return seconds < 1.0 ? 1.0 : 0.0; },
+                     .carried_lamp_intensity = 50.0});
+  const SceneRenderer renderer(world);
+  const Eigen::Vector3d eye(0.5, 0.0, 1.0);
+  const auto luminance = [&](double seconds, const Eigen::Vector3d& direction) {
+    const auto moment = renderer.At(Time::FromNanoseconds(0) + Duration::FromSeconds(seconds), eye);
+    return renderer
+        .Trace(moment, {.origin = eye,
+                        .direction = direction.normalized().cast<float>(),
+                        .pixel_angle = 1e-3F})
+        .luminance.mean();
+  };
+  EXPECT_GT(luminance(0.5, {0.0, 0.0, 1.0}), 2000.0);
+  EXPECT_GT(luminance(0.5, {1.0, 0.0, 0.0}), 0.1);
+  EXPECT_LT(luminance(1.5, {0.0, 0.0, 1.0}), 1e-12);
+  EXPECT_LT(luminance(1.5, {1.0, 0.0, 0.0}), 1e-12);
+}
+
 TEST(CameraSimulator, ShadowsLieWhereTheSunThrowsThem) {
   MeshBuilder builder;
   const MaterialId grey = builder.AddMaterial(Plain("grey", 0.5F));

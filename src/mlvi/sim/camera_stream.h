@@ -20,6 +20,7 @@ class CameraStream {
 
   int camera() const { return camera_; }
   std::size_t size() const { return exposures_.size(); }
+  double rate_hz() const { return rate_hz_; }
   // True instant of the middle of an exposure.
   Time TimeOf(std::size_t index) const;
   const Exposure& ExposureOf(std::size_t index) const { return exposures_[index]; }

@@ -19,17 +19,42 @@ Eigen::Vector3d RandomDirection(RandomStream& random) {
   return Eigen::Vector3d(x, y, z).normalized();
 }
 
-// Mean of the pixels within `reach` of a pixel, as they were before.
-double BoxMean(const std::vector<std::uint8_t>& pixels, int width, int height, int channels, int x,
-               int y, int channel, int reach) {
-  double sum = 0.0;
-  int count = 0;
-  for (int j = std::max(0, y - reach); j <= std::min(height - 1, y + reach); ++j) {
-    for (int i = std::max(0, x - reach); i <= std::min(width - 1, x + reach); ++i, ++count)
-      sum += pixels[static_cast<std::size_t>((j * width + i) * channels + channel)];
+// Means over boxes of an image's pixels, by sums over all that is above and left of a pixel.
+class BoxMeans {
+ public:
+  BoxMeans(const Image& image, int channels)
+      : width_(image.width),
+        height_(image.height),
+        channels_(channels),
+        sums_(Index(0, height_ + 1)) {
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) {
+        for (int c = 0; c < channels; ++c) {
+          const auto pixel = static_cast<std::size_t>((y * width_ + x) * channels + c);
+          sums_[Index(x + 1, y + 1) + c] = sums_[Index(x, y + 1) + c] + sums_[Index(x + 1, y) + c] -
+                                           sums_[Index(x, y) + c] + image.pixels[pixel];
+        }
+      }
+    }
   }
-  return sum / count;
-}
+
+  // Of the pixels within `reach` of a pixel, as far as there are some.
+  double At(int x, int y, int channel, int reach) const {
+    const int left = std::max(0, x - reach), right = std::min(width_, x + reach + 1);
+    const int top = std::max(0, y - reach), bottom = std::min(height_, y + reach + 1);
+    const auto at = [&](int i, int j) { return sums_[Index(i, j) + channel]; };
+    const std::int64_t sum = at(right, bottom) - at(left, bottom) - at(right, top) + at(left, top);
+    return static_cast<double>(sum) / ((right - left) * (bottom - top));
+  }
+
+ private:
+  std::size_t Index(int x, int y) const {
+    return static_cast<std::size_t>((y * (width_ + 1) + x) * channels_);
+  }
+
+  int width_, height_, channels_;
+  std::vector<std::int64_t> sums_;  // a row and a column of zeros more than the image
+};
 
 // Collects the first violation, so that a list of checks reads as a list.
 class FaultChecks {
@@ -53,6 +78,24 @@ class FaultChecks {
                      known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")),
                      DidYouMean(name, known)));
   }
+  void Happens(const std::string& what, const std::optional<FaultWindow>& window, double seconds) {
+    if (window) Starts(what, window->start, seconds);
+  }
+  void Starts(const std::string& what, double start, double seconds) {
+    if (start < seconds) return;
+    Fail(fmt::format("{} would start after {} s, but the recording ends after {} s", what, start,
+                     seconds));
+  }
+  void TakesImages(const std::string& what, const std::string& camera,
+                   const std::vector<std::string>& cameras) {
+    if (std::ranges::find(cameras, camera) != cameras.end()) return;
+    Fail(fmt::format(
+        "{} camera '{}', which takes no images: {}", what, camera,
+        cameras.empty() ? "no camera does" : fmt::format("only {} do", fmt::join(cameras, ", "))));
+  }
+  void NeedsImages(const std::string& what, bool ordered, const std::vector<std::string>& cameras) {
+    if (ordered && cameras.empty()) Fail(what + " would change images, but no camera takes any");
+  }
   const Expected<void>& result() const { return result_; }
 
   static constexpr double kLongest = 86400.0;  // s, as recordings
@@ -69,7 +112,7 @@ void CheckLensPatch(const LensPatch& patch, const std::vector<std::string>& came
   checks.Name(patch.camera, cameras, "camera");
   checks.Range("u of a lens patch", patch.u, 0.0, 1.0, "of the width");
   checks.Range("v of a lens patch", patch.v, 0.0, 1.0, "of the height");
-  checks.Positive("the radius of a lens patch", patch.radius, 2.0, "of the width");
+  checks.Positive("the radius of a lens patch", patch.radius, 1.0, "of the width");
 }
 
 constexpr double kFarthest = 5e8;  // s, 16 years: stamps stay after 1970, jump and offset together
@@ -80,11 +123,11 @@ void CheckTimeJump(const TimeJump& jump, FaultChecks& checks) {
 }
 
 // s between measurements.
-double PeriodOf(const std::string& sensor, const Rig& rig) {
+double PeriodOf(const std::string& sensor, const Rig& rig, double image_rate) {
   if (sensor == "imu") return 1.0 / rig.imu.rate_hz;
   if (sensor == "lidar" && rig.lidar) return 1.0 / rig.lidar->rate_hz;
   for (const CameraSpec& camera : rig.cameras) {
-    if (camera.name == sensor) return 1.0 / camera.rate_hz;
+    if (camera.name == sensor) return 1.0 / (image_rate > 0.0 ? image_rate : camera.rate_hz);
   }
   return 0.0;
 }
@@ -105,6 +148,20 @@ Duration StampError(const Clocks& clocks, const std::string& sensor, double seco
   return Duration::FromSeconds(offset + 1e-6 * drift_ppm * seconds + jitter * random.Uniform());
 }
 
+double MeanStampError(const Clocks& clocks, const std::string& sensor, double seconds) {
+  const auto found = clocks.find(sensor);
+  if (found == clocks.end()) return 0.0;
+  const ClockError& clock = found->second;
+  return clock.offset + 1e-6 * clock.drift_ppm * seconds + 0.5 * clock.jitter;
+}
+
+double TrueSeconds(const Clocks& clocks, const std::string& sensor, double shown) {
+  const auto found = clocks.find(sensor);
+  if (found == clocks.end()) return shown;
+  const ClockError& clock = found->second;
+  return (shown - clock.offset - 0.5 * clock.jitter) / (1.0 + 1e-6 * clock.drift_ppm);
+}
+
 std::optional<CameraFailure> FailureOf(const SequenceFaults& faults, const std::string& camera,
                                        double seconds) {
   for (const CameraFault& fault : faults.cameras) {
@@ -114,7 +171,7 @@ std::optional<CameraFailure> FailureOf(const SequenceFaults& faults, const std::
 }
 
 void SmearLens(const LensPatch& patch, int channels, Image& image) {
-  const std::vector<std::uint8_t> before = image.pixels;
+  const BoxMeans means(image, channels);
   const double u = patch.u * image.width, v = patch.v * image.height,
                radius = patch.radius * image.width;
   const int reach = std::max(1, static_cast<int>(0.15 * radius));
@@ -127,10 +184,9 @@ void SmearLens(const LensPatch& patch, int channels, Image& image) {
       const double strength = std::min(1.0, 2.0 * (1.0 - share));
       for (int channel = 0; channel < channels; ++channel) {
         const auto index = static_cast<std::size_t>((y * image.width + x) * channels + channel);
-        const double smear =
-            0.5 * BoxMean(before, image.width, image.height, channels, x, y, channel, reach);
+        const double smear = 0.5 * means.At(x, y, channel, reach);
         image.pixels[index] = static_cast<std::uint8_t>(
-            std::lround((1.0 - strength) * before[index] + strength * smear));
+            std::lround((1.0 - strength) * image.pixels[index] + strength * smear));
       }
     }
   }
@@ -157,7 +213,7 @@ Duration TriggerDelay(const SequenceFaults& faults, const std::string& camera) {
   return delay == faults.triggers.end() ? Duration() : Duration::FromSeconds(delay->second);
 }
 
-Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig) {
+Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig, double image_rate) {
   FaultChecks checks;
   std::vector<std::string> sensors = rig.CameraNames();
   sensors.insert(sensors.end(), {"imu", "lidar"});
@@ -165,8 +221,8 @@ Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig) {
     checks.Name(sensor, sensors, "the clock of");
     checks.Range("the offset of the clock of " + sensor, clock.offset, -kFarthest, kFarthest, "s");
     checks.Range("the drift of the clock of " + sensor, clock.drift_ppm, -1e5, 1e5, "ppm");
-    checks.Range("the jitter of the clock of " + sensor, clock.jitter, 0.0, PeriodOf(sensor, rig),
-                 "s");
+    checks.Range("the jitter of the clock of " + sensor, clock.jitter, 0.0,
+                 PeriodOf(sensor, rig, image_rate) * (1.0 + 1e-6 * clock.drift_ppm), "s");
   }
   return checks.result();
 }
@@ -234,6 +290,36 @@ Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
                  "rad");
     checks.Range("the translation of the extrinsics' error", error->translation, 0.0, 10.0, "m");
   }
+  return checks.result();
+}
+
+Expected<void> CheckTheyHappen(const SequenceFaults& faults, double seconds,
+                               const std::vector<std::string>& cameras) {
+  FaultChecks checks;
+  checks.Happens("the LiDAR gap", faults.lidar_gap, seconds);
+  checks.Happens("the empty sweeps", faults.empty_sweeps, seconds);
+  checks.Happens("the NaN points", faults.nan_points, seconds);
+  checks.Happens("the corrupted sweeps", faults.corrupted_sweeps, seconds);
+  checks.Happens("the IMU gap", faults.imu_gap, seconds);
+  checks.Happens("the image gap", faults.image_gap, seconds);
+  checks.Happens("the lights off", faults.lights_off, seconds);
+  for (const CameraFault& fault : faults.cameras) {
+    checks.Happens("the failure of camera " + fault.camera, fault.window, seconds);
+    checks.TakesImages("a failure of", fault.camera, cameras);
+  }
+  for (const LensPatch& patch : faults.lens_patches)
+    checks.TakesImages("a lens patch of", patch.camera, cameras);
+  for (const auto& [camera, delay] : faults.triggers)
+    checks.TakesImages("a trigger of", camera, cameras);
+  for (const auto& [sensor, clock] : faults.clocks) {
+    if (sensor != "imu" && sensor != "lidar") checks.TakesImages("a clock of", sensor, cameras);
+  }
+  if (const auto& jump = faults.exposure_jump)
+    checks.Happens("the exposure jump", jump->window, seconds);
+  if (faults.time_jump) checks.Starts("the time jump", faults.time_jump->start, seconds);
+  checks.NeedsImages("the image gap", faults.image_gap.has_value(), cameras);
+  checks.NeedsImages("the lights off", faults.lights_off.has_value(), cameras);
+  checks.NeedsImages("the exposure jump", faults.exposure_jump.has_value(), cameras);
   return checks.result();
 }
 

@@ -66,7 +66,8 @@ struct CameraFault {
   FaultWindow window;
 };
 
-// A smear on a lens: a round patch, blurred and darkened, fading at its rim.
+// A smear on a lens: a round patch, blurred (over 0.15 of its radius) and darkened, fading at its
+// rim.
 struct LensPatch {
   std::string camera;
   double u = 0.5, v = 0.5;  // centre, shares of the image's width and height
@@ -99,7 +100,7 @@ struct SequenceFaults {
   std::vector<CameraFault> cameras;
   std::vector<LensPatch> lens_patches;
   std::optional<ExposureJump> exposure_jump;
-  std::optional<FaultWindow> lights_off;  // all lamps of the place
+  std::optional<FaultWindow> lights_off;  // all lamps of the place, the carried one among them
   // By the camera's name: it takes its images this much later than the others (s), and stamps them
   // so. Cameras that nobody triggers together.
   std::map<std::string, double> triggers;
@@ -116,6 +117,13 @@ void SpoilTenth(LidarSweep& sweep, RandomStream random);
 // stamp's own.
 Duration StampError(const Clocks& clocks, const std::string& sensor, double seconds,
                     RandomStream random);
+
+// What it adds there on average over its jitter, s; 0 for a sensor without a clock of its own.
+double MeanStampError(const Clocks& clocks, const std::string& sensor, double seconds);
+
+// Inverse: the seconds after the beginning at which that clock shows `shown`, likewise counted, its
+// jitter at the mean.
+double TrueSeconds(const Clocks& clocks, const std::string& sensor, double shown);
 
 // The failure of `camera` at that time, if any.
 std::optional<CameraFailure> FailureOf(const SequenceFaults& faults, const std::string& camera,
@@ -140,12 +148,18 @@ ImuErrors EffectiveErrors(ImuErrors errors, const SequenceFaults& faults);
 // What is wrong with the errors of an IMU, as CheckFaults.
 Expected<void> CheckImuErrors(const ImuErrors& errors);
 
-// What is wrong with clocks of that rig, as CheckFaults. Jitter must be shorter than the time from
-// one measurement to the next, so that stamps ascend.
-Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig);
+// What is wrong with clocks of that rig, as CheckFaults. Jitter must not be longer than the time that
+// the clock shows from one measurement to the next, so that stamps ascend. `image_rate` as
+// SequenceOptions has it.
+Expected<void> CheckClocks(const Clocks& clocks, const Rig& rig, double image_rate = 0.0);
 
 // What is wrong with the faults for that rig: an unknown camera or sensor, a number that is not
 // finite or beyond what can be simulated.
 Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig);
+
+// Which fault could not be seen in a recording of that length with the images of these cameras, if
+// any: one that starts after its end, one of a camera that takes no images.
+Expected<void> CheckTheyHappen(const SequenceFaults& faults, double seconds,
+                               const std::vector<std::string>& cameras);
 
 }  // namespace mlvi

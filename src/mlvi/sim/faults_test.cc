@@ -123,11 +123,116 @@ TEST(Faults, LensPatchesDarkenWhatLiesBehindThemOnly) {
   EXPECT_EQ(image.pixels[0], 200);
 }
 
-TEST(Faults, UnknownSensorsAreNamed) {
+// Every pixel against its own box, of a patch that reaches beyond the image.
+TEST(Faults, LensPatchesBlurAsTheirBoxesDo) {
+  constexpr int kWidth = 40, kHeight = 30, kChannels = 3, kReach = 6;
+  Image image{.width = kWidth, .height = kHeight, .channels = kChannels};
+  RandomStream random(1, "pixels");
+  for (int i = 0; i < kWidth * kHeight * kChannels; ++i)
+    image.pixels.push_back(static_cast<std::uint8_t>(random.Uniform(0.0, 255.99)));
+  const Image before = image;
+  const auto at = [](const Image& of, int x, int y, int c) {
+    return of.pixels[static_cast<std::size_t>((y * kWidth + x) * kChannels + c)];
+  };
+  SmearLens({.camera = "cam0", .u = 0.3, .v = 0.4, .radius = 1.0}, kChannels, image);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double share = std::hypot(x - 0.3 * kWidth, y - 0.4 * kHeight) / kWidth;
+      const double strength = std::min(1.0, 2.0 * (1.0 - share));
+      for (int c = 0; c < kChannels; ++c) {
+        double sum = 0.0;
+        int count = 0;
+        for (int j = std::max(0, y - kReach); j <= std::min(kHeight - 1, y + kReach); ++j) {
+          for (int i = std::max(0, x - kReach); i <= std::min(kWidth - 1, x + kReach); ++i, ++count)
+            sum += at(before, i, j, c);
+        }
+        ASSERT_EQ(at(image, x, y, c), std::lround((1.0 - strength) * at(before, x, y, c) +
+                                                  strength * 0.5 * sum / count));
+      }
+    }
+  }
+}
+
+// A camera that takes images, for faults of it.
+Rig WithACamera() {
   Rig rig = test::Hilti();
   rig.cameras.resize(1);
   rig.cameras[0].name = "cam0";
-  SequenceOptions options = StandardSequence("courtyard-easy", rig);
+  rig.cameras[0].rate_hz = 40.0;
+  return rig;
+}
+
+TEST(Faults, WhatCannotHappenIsRefused) {
+  SequenceOptions options = StandardSequence("courtyard-easy", WithACamera(), 5.0);
+  options.cameras = {"cam0"};
+  const auto refusal = [](SequenceOptions faulty, auto spoil) {
+    spoil(faulty.faults, faulty);
+    const auto checked = CheckOptions(faulty);
+    return checked ? std::string() : checked.error().message;
+  };
+  using F = SequenceFaults;
+  using O = SequenceOptions;
+  const auto late = [](F& f, O&) { f.lidar_gap = {100.0, 5.0}; };
+  const auto soon = [](F& f, O&) { f.lidar_gap = {4.0, 5.0}; };
+  EXPECT_THAT(refusal(options, late), AllOf(HasSubstr("100 s"), HasSubstr("after 5 s")));
+  EXPECT_EQ(refusal(options, soon), "");
+  const auto dead = [](F& f, O&) { f.cameras = {{.camera = "cam0", .window = {1.0, 1.0}}}; };
+  const auto patch = [](F& f, O&) { f.lens_patches = {{.camera = "cam0"}}; };
+  const auto dark = [](F& f, O&) { f.lights_off = {1.0, 1.0}; };
+  const auto clock = [](F& f, O&) { f.clocks["cam0"] = {.offset = 0.1}; };
+  for (const auto& fault : {+dead, +patch, +dark, +clock}) {
+    EXPECT_EQ(refusal(options, fault), "");
+    EXPECT_THAT(refusal(options,
+                        [&](F& f, O& o) {
+                          fault(f, o);
+                          o.cameras.clear();
+                        }),
+                HasSubstr("no camera"));
+  }
+}
+
+// As much jitter as stamps can bear, at the rate at which images are really taken and by a clock
+// that loses time; more is refused.
+TEST(Faults, StampsAscendWhateverJitterIsAccepted) {
+  const Rig rig = WithACamera();  // 40 Hz
+  for (const double rate : {10.0, 40.0, 60.0}) {
+    for (const double drift_ppm : {-1e5, 0.0, 1e5}) {
+      const double period = (1.0 + 1e-6 * drift_ppm) / rate;
+      const Clocks clocks = {{"cam0", {.drift_ppm = drift_ppm, .jitter = 0.9999 * period}}};
+      EXPECT_TRUE(CheckClocks(clocks, rig, rate)) << rate << " Hz, " << drift_ppm << " ppm";
+      EXPECT_FALSE(
+          CheckClocks({{"cam0", {.drift_ppm = drift_ppm, .jitter = 1.001 * period}}}, rig, rate));
+      double last = -1.0;
+      for (std::size_t i = 0; i < 2000; ++i) {
+        const double seconds = static_cast<double>(i) / rate;
+        const double stamp =
+            seconds +
+            StampError(clocks, "cam0", seconds, RandomStream(1, "stamps").Fork(i)).seconds();
+        ASSERT_GT(stamp, last) << rate << " Hz, " << drift_ppm << " ppm, image " << i;
+        last = stamp;
+      }
+    }
+  }
+}
+
+// TrueSeconds undoes what the clock adds, up to its jitter about the mean.
+TEST(Faults, ClocksCanBeRead) {
+  const Clocks clocks = {{"lidar", {.offset = -0.3, .drift_ppm = 2e4, .jitter = 0.01}}};
+  for (const double t : {0.0, 1.0, 77.7}) {
+    const double shown = t + MeanStampError(clocks, "lidar", t);
+    EXPECT_NEAR(TrueSeconds(clocks, "lidar", shown), t, 1e-9);
+    EXPECT_EQ(TrueSeconds(clocks, "imu", t), t);
+    for (std::size_t i = 0; i < 20; ++i) {
+      const double once =
+          t + StampError(clocks, "lidar", t, RandomStream(2, "stamps").Fork(i)).seconds();
+      EXPECT_NEAR(TrueSeconds(clocks, "lidar", once), t, 0.005);
+    }
+  }
+}
+
+TEST(Faults, UnknownSensorsAreNamed) {
+  SequenceOptions options = StandardSequence("courtyard-easy", WithACamera());
+  options.cameras = {"cam0"};
   options.faults.cameras.push_back({.camera = "cam7", .window = {.start = 1.0, .length = 2.0}});
   EXPECT_THAT(CheckOptions(options).error().message, HasSubstr("'cam7'"));
   options.faults.cameras[0].camera = "cam0";
@@ -141,7 +246,8 @@ TEST(Faults, UnknownSensorsAreNamed) {
 
 // Every number of every fault, not finite in turn.
 TEST(Faults, NumbersThatAreNoneAreRefused) {
-  SequenceOptions good = StandardSequence("courtyard-easy", test::Hilti());
+  SequenceOptions good = StandardSequence("courtyard-easy", WithACamera());
+  good.cameras = {"cam0"};
   good.faults.lidar_gap = good.faults.empty_sweeps = good.faults.nan_points =
       good.faults.corrupted_sweeps = good.faults.imu_gap = good.faults.image_gap =
           good.faults.lights_off = FaultWindow{1.0, 2.0};

@@ -24,10 +24,10 @@ struct Lighting {
   // lux everywhere: stands for light that comes round many corners. Never quite 0 in a real place.
   double ambient_illuminance = 0.0;
   std::vector<PointLamp> lamps = {};
-  // What the lamps give at a time (s after the beginning of the recording), relative to their
-  // intensity; empty: always 1. Same time, same value; called from many threads.
+  // What all lamps and lamp shades give at a time (s after the beginning of the recording), relative
+  // to their intensity; empty: always 1. Same time, same value; called from many threads.
   std::function<double(double seconds)> lamp_level = {};
-  // A lamp on the rig that lights all around, cd; 0: none.
+  // A lamp on the rig that lights all around, cd; 0: none. Casts no shadows.
   double carried_lamp_intensity = 0.0;
 };
 

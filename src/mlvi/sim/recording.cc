@@ -14,20 +14,31 @@ namespace {
 constexpr double kStandardGravity = 9.80665;  // m/s^2, of drivers that report multiples of g
 constexpr Duration kSweepPeriod = Duration::FromMilliseconds(100);
 
+// What covers the noise of an IMU and its vibration, which is as much as white noise of its rms at
+// every sample: that of the rig file where it holds more.
+ImuNoise NoiseToCover(const SequenceOptions& options, const ImuErrors& errors) {
+  const ImuSpec& imu = options.rig.true_rig.imu;
+  const double second = std::sqrt(imu.rate_hz);
+  ImuNoise noise = imu.noise;
+  noise.accelerometer_density = std::max(
+      noise.accelerometer_density,
+      std::hypot(options.imu_noise.accelerometer_density, errors.vibration.acceleration / second));
+  noise.gyroscope_density =
+      std::max(noise.gyroscope_density,
+               std::hypot(options.imu_noise.gyroscope_density, errors.vibration.rate / second));
+  return noise;
+}
+
 // Complete: the length as a number, and an estimator that is told noise that fits the IMU.
 SequenceOptions Checked(SequenceOptions options) {
   const auto ok = CheckOptions(options);
   MLVI_CHECK(ok.has_value(), "{}", ok.error().message);
-  double& seconds = options.seconds;
-  if (seconds == 0.0) seconds = FindSequence(options.sequence)->seconds;
-  if (options.trajectory) {
-    seconds =
-        std::min(seconds, (options.trajectory->end() - options.trajectory->begin()).seconds());
-  }
+  options.seconds = options.length();
   if (!options.recorded_imu.samples.empty()) options.imu_errors = {};  // they have real ones
-  options.carried = options.carried && !options.trajectory && !options.own_world;
-  if (HasErrors(EffectiveErrors(options.imu_errors, options.faults)))
-    options.rig.estimator_rig.imu.noise = options.rig.true_rig.imu.noise;
+  options.carried = options.carried && !options.trajectory && !options.own_world &&
+                    CanBeCarried(options.rig.true_rig);
+  const ImuErrors errors = EffectiveErrors(options.imu_errors, options.faults);
+  if (HasErrors(errors)) options.rig.estimator_rig.imu.noise = NoiseToCover(options, errors);
   return options;
 }
 
@@ -68,6 +79,29 @@ PoseSpline MakeMotion(const SequenceOptions& options, const WalkingPath& path) {
   MotionProfile profile = FindSequence(options.sequence)->make_profile();
   profile.rest = options.rest;
   return MakeWalk(path, profile, carried, options.begin, options.seconds, options.seed);
+}
+
+// What the rig file says of the stamps of `sensor`.
+Duration TimeOffsetOf(const Rig& rig, const std::string& sensor) {
+  if (sensor == "imu") return rig.imu.time_offset;
+  if (sensor == "lidar") return rig.lidar->time_offset;
+  const auto camera = std::ranges::find(rig.cameras, sensor, &CameraSpec::name);
+  MLVI_CHECK(camera != rig.cameras.end(), "no sensor '{}'", sensor);
+  return camera->time_offset;
+}
+
+// From the body to who carries it: as far as suits the handheld rigs, and behind every sensor of
+// another one as it is behind the LiDAR of Newer College's.
+double DistanceBehind(const Rig& rig) {
+  constexpr double kRoom = 0.38;  // m
+  const Eigen::Quaterniond carried = CarriedOrientation(rig);
+  double distance = Carrying{}.distance;
+  const auto keep_before = [&](const Pose3& T_body_sensor) {
+    distance = std::max(distance, kRoom - (carried * T_body_sensor.translation()).x());
+  };
+  keep_before(rig.lidar->T_body_lidar);
+  for (const CameraSpec& camera : rig.cameras) keep_before(camera.T_body_camera);
+  return distance;
 }
 
 ImuPhysics PhysicsOf(const SequenceOptions& options) {
@@ -113,9 +147,10 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
       imu_(MakeImu(options_, motion_, end_)) {
   place_.world.StartClock(options_.begin);
   if (options_.carried) {
-    place_.world.AddMover(MakeOperator(motion_, CarriedOrientation(options_.rig.true_rig),
-                                       {.height = kHandheldHeight},
-                                       RandomStream(options_.seed, "operator")));
+    place_.world.AddMover(
+        MakeOperator(motion_, CarriedOrientation(options_.rig.true_rig),
+                     {.distance = DistanceBehind(options_.rig.true_rig), .height = kHandheldHeight},
+                     RandomStream(options_.seed, "operator")));
   }
   if (const auto off = options_.faults.lights_off) {
     place_.world.SetLampLevel([off](double seconds) { return off->Contains(seconds) ? 0.0 : 1.0; });
@@ -281,6 +316,28 @@ NavState Recording::GroundTruth(Time time) const {
           .bias = imu_.BiasAt(std::clamp(time, begin(), end_))};
 }
 
+NavState Recording::GroundTruth(Time stamp, const std::string& sensor) const {
+  NavState truth = GroundTruth(TrueTime(stamp, sensor));
+  truth.stamp = stamp;
+  return truth;
+}
+
+Time Recording::TrueTime(Time stamp, const std::string& sensor) const {
+  return TimeOf(TrueSeconds(clocks_, sensor, SecondsOf(stamp)));
+}
+
+Time Recording::TruthStamp(Time time) const {
+  return time +
+         Duration::FromSeconds(MeanStampError(clocks_, options_.truth_clock, SecondsOf(time)));
+}
+
+Duration Recording::TrueTimeOffset(const std::string& sensor) const {
+  const auto lateness = [&](const std::string& name) {
+    return Duration::FromSeconds(MeanStampError(clocks_, name, 0.0));
+  };
+  return TimeOffsetOf(options_.rig.true_rig, sensor) + lateness("imu") - lateness(sensor);
+}
+
 double Recording::Clearance() const {
   constexpr double kFar = 10.0;
   const auto steps = static_cast<std::size_t>(10.0 * options_.seconds) + 1;
@@ -297,14 +354,39 @@ double Recording::Clearance() const {
   return ParallelReduce(steps, 64, kFar, nearest, [](double& a, double b) { a = std::min(a, b); });
 }
 
+namespace {
+
+// Of the cameras' optical axes, in the body; zero without cameras.
+Eigen::Vector3d MeanView(const Rig& rig) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const CameraSpec& camera : rig.cameras)
+    sum += camera.T_body_camera.rotation() * Eigen::Vector3d::UnitZ();
+  return rig.cameras.empty() ? sum : sum / static_cast<double>(rig.cameras.size());
+}
+
+// The direction in the body that points ahead: the axis of the body that the cameras look along (on
+// the whole: `view`, without its part along `up`), or their own direction where it is none of these;
+// x, or y if x stands upright, where they look all around.
+Eigen::Vector3d NominallyAhead(const Eigen::Vector3d& up, const Eigen::Vector3d& view) {
+  constexpr double kAllAround = 0.2, kAlong = 0.94;  // the latter within 20 deg
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+  if (view.norm() < kAllAround) return std::abs(up.dot(x)) < 0.9 ? x : y;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
+    const double cosine = unit.dot(view) / view.norm();
+    if (std::abs(cosine) > kAlong) return std::copysign(1.0, cosine) * unit;
+  }
+  return view;
+}
+
+}  // namespace
+
 Eigen::Quaterniond CarriedOrientation(const Rig& rig) {
   const Eigen::Vector3d up = rig.lidar
                                  ? rig.lidar->T_body_lidar.rotation() * Eigen::Vector3d::UnitZ()
                                  : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-  // The body axis that points ahead: x, or y if x stands upright.
-  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
-  const Eigen::Vector3d nominal = std::abs(up.dot(x)) < 0.9 ? x : y;
-  const Eigen::Vector3d ahead = (nominal - nominal.dot(up) * up).normalized();
+  const auto level = [&](const Eigen::Vector3d& v) { return (v - v.dot(up) * up).eval(); };
+  const Eigen::Vector3d ahead = level(NominallyAhead(up, level(MeanView(rig)))).normalized();
   Eigen::Matrix3d R;
   R << ahead.transpose(), up.cross(ahead).transpose(), up.transpose();
   return Eigen::Quaterniond(R);

@@ -20,8 +20,10 @@ enum class RecordingForm : int {
                   // bags with it
 };
 
-// A simulated recording, generated while it is read, in the order in which messages arrive: a sweep
-// after its last firing, an image at the middle of its exposure. Construction builds world and
+// A simulated recording, generated while it is read, in the order of the true instants at which
+// measurements are complete: a sweep after its last firing, an image at the middle of its exposure.
+// What a clock is late by does not count, even where a driver stamps what arrives (m2dgr): stamps of
+// different sensors may be out of order by as much. Construction builds world and
 // motion (well under a second), and with cameras also textures and exposures (seconds); sweeps and
 // images are traced by Next(). Same options, same bits, at any number of threads.
 class Recording : public MeasurementSource {
@@ -39,9 +41,21 @@ class Recording : public MeasurementSource {
   // Whether the message of the measurement handed out last is to be cut off (kMessages).
   bool IsCorrupted(const Measurement& measurement) const;
 
-  // The truth at a true instant in [begin(), end()] (that of the nearer end outside: stamps of late
-  // clocks lie behind it), in the frame of the world's mesh (z up; not the first body pose).
+  // The truth at a true instant in [begin(), end()] (that of the nearer end outside), in the frame
+  // of the world's mesh (z up; not the first body pose).
   NavState GroundTruth(Time time) const;
+  // The truth that an estimate with the stamp `stamp` on the clock of `sensor` ("imu", "lidar" or a
+  // camera's name) is to be held against: that of the instant at which this clock shows `stamp`.
+  NavState GroundTruth(Time stamp, const std::string& sensor) const;
+  // The true instant at which the clock of `sensor` shows `stamp`, with its offset and drift. Its
+  // jitter counts with its mean; that the clock has been set back (TimeJump) does not.
+  Time TrueTime(Time stamp, const std::string& sensor) const;
+  // The stamp of the truth of a true instant in a file: what the clock shows that
+  // SequenceOptions::truth_clock names.
+  Time TruthStamp(Time time) const;
+  // What has to be added to stamps of `sensor`'s messages to come to the IMU's clock: what the rig
+  // file says, and what it does not know of both clocks. At the beginning, with mean jitter.
+  Duration TrueTimeOffset(const std::string& sensor) const;
   Time begin() const { return options_.begin; }
   Time end() const { return end_; }
   // The true instant up to which Next() has come: begin() before its first measurement.
@@ -90,8 +104,9 @@ class Recording : public MeasurementSource {
   std::vector<StreamCounts> image_counts_;
 };
 
-// Orientation of the body in its carrier (x ahead, y left, z up), from how the LiDAR stands: it is
-// carried upright, and the body's x axis points ahead. The body's z may point up or down.
+// Orientation of the body in its carrier (x ahead, y left, z up). The LiDAR is carried upright, and
+// what points ahead is the axis of the body that the cameras look along on the whole; its x (or y)
+// axis without cameras and with such that look all around. The body's z may point up or down.
 Eigen::Quaterniond CarriedOrientation(const Rig& rig);
 
 }  // namespace mlvi

@@ -312,6 +312,31 @@ TEST(Recording, CarriesTheLidarUpright) {
   }
 }
 
+// Cameras on a body whose z axis looks ahead: it is carried as they look, not along its x or y axis,
+// unless they look all around.
+TEST(Recording, CarriesCamerasAhead) {
+  Rig rig = test::NewerCollege();
+  // x up, y right, z ahead, as on EuRoC's robot; the LiDAR is upright.
+  const Eigen::Matrix3d upright = Eigen::Vector3d::UnitZ() * Eigen::RowVector3d::UnitX() -
+                                  Eigen::Vector3d::UnitY() * Eigen::RowVector3d::UnitY() +
+                                  Eigen::Vector3d::UnitX() * Eigen::RowVector3d::UnitZ();
+  rig.lidar->T_body_lidar = Pose3(Eigen::Quaterniond(upright), {});
+  const auto ahead = [&](const std::vector<double>& angles) {
+    rig.cameras.clear();
+    for (const double degrees : angles) {  // of the optical axis from z to the right
+      const Pose3 mount(ExpSo3({-degrees * kDegree, 0.0, 0.0}), {});
+      rig.cameras.push_back({.name = "c", .T_body_camera = mount});
+    }
+    return (CarriedOrientation(rig).conjugate() * Eigen::Vector3d::UnitX()).eval();
+  };
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
+  EXPECT_LT((ahead({0.0, 2.0, 90.0, -89.0}) - z).norm(), 1e-9);
+  EXPECT_LT((ahead({175.0}) + z).norm(), 1e-9);
+  EXPECT_LT((ahead({45.0}) - (y + z).normalized()).norm(), 1e-9);
+  EXPECT_LT((ahead({0.0, 90.0, 180.0, 271.0}) - y).norm(), 1e-9);
+  EXPECT_LT((ahead({}) - y).norm(), 1e-9);
+}
+
 TEST(Recording, FollowsARecordedTrajectory) {
   std::vector<Time> stamps;
   std::vector<Pose3> poses;

@@ -290,7 +290,8 @@ Eigen::Vector3f SceneRenderer::SkyLight(const View& view) const {
 Eigen::Vector3f SceneRenderer::Scattered(const LightRay& ray) const {
   const Spot spot = SpotOf(*ray.moment, ray.view, ray.sight, ray.travelled + ray.sight.hit.range);
   return Illuminance(*ray.moment, ray.view, ray.sight) / kPi * Albedo(spot) +
-         Eigen::Vector3f::Constant(static_cast<float>(spot.material->emission));
+         Eigen::Vector3f::Constant(
+             static_cast<float>(ray.moment->lamp_level * spot.material->emission));
 }
 
 // Sends on what a mirror or a pane shows. Gives the share of light that it scatters itself.
@@ -474,7 +475,7 @@ float SceneRenderer::Illuminance(const Moment& moment, const View& view, const S
   if (light.carried_lamp_intensity > 0.0) {
     const Eigen::Vector3d way = moment.carried_lamp - point;
     const double distance2 = std::max(0.01, way.squaredNorm());
-    lux += light.carried_lamp_intensity * std::max(0.0, normal.dot(way)) /
+    lux += moment.lamp_level * light.carried_lamp_intensity * std::max(0.0, normal.dot(way)) /
            (distance2 * std::sqrt(distance2));
   }
   return static_cast<float>(lux);

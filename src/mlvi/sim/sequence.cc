@@ -119,23 +119,34 @@ SimulatedRig CalibratedRig(const std::string& sequence, const Rig& rig, std::uin
   return MakeSimulatedRig(rig, false, seed);
 }
 
-// Calm walks, robots and the project's own places keep an IMU with nothing but noise.
-ImuErrors ErrorsOf(const SequenceInfo& info) {
+// The BMI085 on a LiDAR that turns, in hands.
+bool IsHandheld(const Rig& rig) { return rig.name == "newer_college" || rig.name == "hilti_2022"; }
+
+// Calm walks, robots and the project's own places keep an IMU with nothing but noise, and so do
+// rigs whose IMU is another one: their files say what it is like.
+ImuErrors ErrorsOf(const SequenceInfo& info, const Rig& rig) {
   const std::vector<MotionProfile (*)()> shaken = {&MediumMotion, &HardMotion, &StairsMotion,
                                                    &SurveyMotion, &HastySurveyMotion};
   const bool hard = std::ranges::find(shaken, info.make_profile) != shaken.end();
-  return hard && !info.ideal_lidar ? kHandheldImu : ImuErrors{};
+  return hard && !info.ideal_lidar && IsHandheld(rig) ? kHandheldImu : ImuErrors{};
 }
 
-// Stamps as the real rigs' drivers make them. Alphasense and LiDAR share a clock (PTP), images are
-// stamped in the middle of their exposure; what is left between them and the IMU is 1.8 ms (RIGS
-// 1.2, 3.2), presumably its filters' delay, which rig files know of cameras but not of the LiDAR:
-// on the IMU's clock that is early. On M2DGR's robot a computer stamps what arrives (nothing is
-// published, RIGS 2.4): the IMU through a serial port (30 bytes and a poll), packets of 0.7 ms,
-// images through USB; amounts are assumed.
+// Alphasense and LiDAR share a clock (PTP), images are stamped in the middle of their exposure; what
+// is left between them and the IMU are the 1.7 to 1.8 ms of the cameras' calibrations (RIGS 1.2,
+// 3.2), presumably its filters' delay. Rig files know it of the cameras but not of the LiDAR: its
+// stamps are early by as much on the IMU's clock.
+Clocks SharedClock(const Rig& rig) {
+  if (rig.cameras.empty()) return {};
+  double sum = 0.0;
+  for (const CameraSpec& camera : rig.cameras) sum += camera.time_offset.seconds();
+  return {{"lidar", {.offset = -sum / static_cast<double>(rig.cameras.size())}}};
+}
+
+// Stamps as the real rigs' drivers make them. On M2DGR's robot a computer stamps what arrives
+// (nothing is published, RIGS 2.4): the IMU through a serial port (30 bytes and a poll), packets of
+// 0.7 ms, images through USB; amounts are assumed.
 Clocks ClocksOf(const Rig& rig) {
-  if (rig.name == "newer_college" || rig.name == "hilti_2022")
-    return {{"lidar", {.offset = -1.8e-3}}};
+  if (IsHandheld(rig)) return SharedClock(rig);
   if (rig.name != "m2dgr") return {};
   Clocks clocks = {{"imu", {.offset = 4e-3, .jitter = 2e-3}},
                    {"lidar", {.offset = 1e-3, .jitter = 0.5e-3}}};
@@ -145,6 +156,19 @@ Clocks ClocksOf(const Rig& rig) {
 }
 
 }  // namespace
+
+double SequenceOptions::length() const {
+  const double asked = seconds == 0.0 ? FindSequence(sequence)->seconds : seconds;
+  return trajectory ? std::min(asked, (trajectory->end() - trajectory->begin()).seconds()) : asked;
+}
+
+bool CanBeCarried(const Rig& rig) {
+  constexpr double kArmsLength = 0.6;  // m
+  double farthest = rig.lidar ? rig.lidar->T_body_lidar.translation().norm() : 0.0;
+  for (const CameraSpec& camera : rig.cameras)
+    farthest = std::max(farthest, camera.T_body_camera.translation().norm());
+  return farthest <= kArmsLength;
+}
 
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds,
                                  std::uint64_t seed) {
@@ -156,8 +180,9 @@ SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, do
           .seed = seed,
           .ideal_lidar = info != nullptr && info->ideal_lidar,
           .carried = info != nullptr && info->make_profile().gait > 0.0 && !info->ideal_lidar,
-          .imu_errors = info != nullptr ? ErrorsOf(*info) : ImuErrors{},
+          .imu_errors = info != nullptr ? ErrorsOf(*info, rig) : ImuErrors{},
           .clocks = info != nullptr && !info->ideal_lidar ? ClocksOf(rig) : Clocks{},
+          .truth_clock = IsHandheld(rig) ? "lidar" : "",
           .camera_physics = PhysicalCamera(rig)};
 }
 
@@ -342,7 +367,9 @@ Expected<void> CheckOptions(const SequenceOptions& options) {
   }
   if (const auto ok = CheckMotion(options); !ok) return ok;
   if (const auto ok = CheckFaults(options.faults, rig); !ok) return ok;
-  if (const auto ok = CheckClocks(EffectiveClocks(options.clocks, options.faults), rig); !ok)
+  const Clocks clocks = EffectiveClocks(options.clocks, options.faults);
+  if (const auto ok = CheckClocks(clocks, rig, options.image_rate); !ok) return ok;
+  if (const auto ok = CheckTheyHappen(options.faults, options.length(), options.cameras); !ok)
     return ok;
   if (const auto ok = CheckImuErrors(EffectiveErrors(options.imu_errors, options.faults)); !ok)
     return ok;

@@ -24,7 +24,9 @@ namespace mlvi {
 
 // The rig as it is, and as the estimator is told. The files of real rigs hold IMU noise far above
 // the physical one, to cover vibration and scale errors. Where the simulated IMU has these, the
-// estimator is told what the file says (Recording does that), else twice the noise simulated.
+// estimator is told what the file says, and no less than noise and vibration together (Recording
+// does that), else the noise of the file up to twice the noise simulated. Files of other rigs hold
+// what is simulated, and the estimator is told just that.
 struct SimulatedRig {
   Rig true_rig;
   Rig estimator_rig;
@@ -78,21 +80,33 @@ struct SequenceOptions {
   // A LiDAR of a straight line, the first surface, white noise (IdealPhysics).
   bool ideal_lidar = false;
   bool plane_surfaces = false;  // LidarPhysics
-  // A person behind the rig carries it on the sequence's walk (places/operator.h); not along
-  // recorded motion or through an own world.
+  // A person behind the rig carries it on the sequence's walk (places/operator.h), behind the
+  // rearmost of its sensors; not along recorded motion or through an own world, and not what cannot
+  // be carried.
   bool carried = false;
   // As far as `faults` say nothing else:
   ImuErrors imu_errors = {};
   Clocks clocks = {};
   SequenceFaults faults = {};
+  // The sensor on whose clock the truth is that comes with such recordings; empty: a clock without
+  // errors. Newer College's and Hilti's truth is registered sweeps, so it is the LiDAR's; that of
+  // M2DGR comes from instruments of their own.
+  std::string truth_clock = {};
   // Names of the rig's cameras that take images; without any, nothing is drawn for them.
   std::vector<std::string> cameras = {};
   double image_rate = 0.0;  // Hz, of all cameras; 0: each one's own
   CameraPhysics camera_physics = {};
+
+  // s: `seconds`, or the sequence's own, and no more than a recorded trajectory has.
+  double length() const;
 };
 
+// Whether a person can carry it before them: all sensors are near enough to the body.
+bool CanBeCarried(const Rig& rig);
+
 // The usual options for a rig: physical noise, calibrated as well as the sequence's real rig, no
-// faults, no images; LiDAR and IMU as imperfect as the sequence says.
+// faults, no images; LiDAR as imperfect as the sequence says, and so is the IMU of a rig that such
+// sequences were recorded with (the BMI085 of newer_college and hilti_2022).
 SequenceOptions StandardSequence(const std::string& sequence, const Rig& rig, double seconds = 0.0,
                                  std::uint64_t seed = 1);
 

@@ -191,6 +191,50 @@ TEST(Operators, StandBehindTheRig) {
   }
 }
 
+// Somebody with another rig: the LiDAR on a boom behind the IMU. The person steps back, as far as
+// is needed to hide no more of the view than of other rigs; a robot nobody carries.
+TEST(Operators, StepBackFromWhatTheyCarry) {
+  const auto near = [](const Rig& rig) {
+    const Recording recording(StandardSequence("quad-easy", rig, 0.1));
+    const LidarSweep sweep =
+        recording.lidar().Sweep(recording.world(), recording.motion(), recording.begin(), 0);
+    std::size_t returns = 0, close = 0;
+    for (const LidarPoint& point : sweep.points) {
+      returns += point.position.isZero(0.0F) ? 0 : 1;
+      close += !point.position.isZero(0.0F) && point.position.norm() < 1.0F ? 1 : 0;
+    }
+    return static_cast<double>(close) / static_cast<double>(returns);
+  };
+  Rig rig = test::NewerCollege();
+  const double usual = near(rig);
+  EXPECT_GT(usual, 0.02);  // 30 deg are 0.08, hardly half of it below 1 m
+  rig.name = "boom";
+  Pose3& mount = rig.lidar->T_body_lidar;
+  mount = Pose3(mount.rotation(), mount.translation() - Eigen::Vector3d(0.4, 0.0, 0.0));
+  EXPECT_NEAR(near(rig), usual, 0.05);
+  mount = Pose3(mount.rotation(), {0.9, 0.0, 0.0});
+  EXPECT_FALSE(CanBeCarried(rig));
+  EXPECT_FALSE(Recording(StandardSequence("quad-easy", rig, 0.1)).options().carried);
+}
+
+// What is not the handheld rigs' IMU has the noise of its file and nothing else; when vibration is
+// asked for, the estimator is told of it.
+TEST(StandardSequence, GivesTheErrorsOfARigsImuToThatRigOnly) {
+  EXPECT_TRUE(HasErrors(StandardSequence("quad-hard", test::NewerCollege()).imu_errors));
+  EXPECT_FALSE(HasErrors(StandardSequence("quad-easy", test::NewerCollege()).imu_errors));
+  Rig rig = test::NewerCollege();
+  rig.name = "mine";
+  rig.imu.noise = {1.1e-3, 2.3e-4, 3.4e-5, 8.3e-6};
+  SequenceOptions options = StandardSequence("quad-hard", rig, 0.1);
+  EXPECT_FALSE(HasErrors(options.imu_errors));
+  EXPECT_EQ(Recording(options).rig().imu.noise.accelerometer_density, 1.1e-3);
+  options.faults.imu_vibration = ImuVibration{.acceleration = 0.27, .rate = 0.028};
+  const ImuNoise told = Recording(options).rig().imu.noise;
+  EXPECT_NEAR(told.accelerometer_density, std::hypot(0.27 / std::sqrt(200.0), 1.1e-3), 1e-12);
+  EXPECT_NEAR(told.gyroscope_density, std::hypot(0.028 / std::sqrt(200.0), 2.3e-4), 1e-12);
+  EXPECT_EQ(told.gyroscope_random_walk, 8.3e-6);
+}
+
 std::string Identifier(std::string name) {
   std::replace(name.begin(), name.end(), '-', '_');
   return name;

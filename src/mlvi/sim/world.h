@@ -38,7 +38,7 @@ struct Material {
   std::shared_ptr<const Texture> image = {};
   double tile = 4.0;  // m, side of one repeat of the texture
   TextureMapping mapping = TextureMapping::kTriplanar;
-  double emission = 0.0;  // cd/m^2, of screens, signs, lamp shades; lights nothing else
+  double emission = 0.0;  // cd/m^2, of lamp shades at full Lighting::lamp_level; lights nothing
   // Glass and gloss: shares of light that pass straight through and that are mirrored at normal
   // incidence; the rest is scattered like by any other surface. Mirroring grows towards grazing
   // incidence (Schlick). Sum <= 1. `transmission` holds for the LiDAR's light, too.
