@@ -20,6 +20,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "depth_accuracy.h"
 #include "drawn_sequence.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/eval/evaluation.h"
@@ -118,14 +119,21 @@ double Mean(const std::vector<double>& values) {
 // Begins from the truth at first, and after every failure.
 class Runner {
  public:
-  Runner(const Options& options, const Recording& recording, const ImuSimulator& imu,
-         std::uint64_t noise_seed, const PanoramaModel& model, Vio& vio)
+  Runner(const Options& options, const VioConfig& config, const Recording& recording,
+         const ImuSimulator& imu, std::uint64_t noise_seed, const PanoramaModel& model, Vio& vio)
       : options_(options),
         recording_(recording),
         imu_(imu),
         noise_seed_(noise_seed),
         vio_(vio),
-        accuracy_(recording, model) {}
+        accuracy_(recording, model),
+        depth_accuracy_(recording, model, config.depth, config.window.pixel_sigma) {}
+
+  void AddCloud(const Cloud& cloud) {
+    const Pose3 T_world_body = recording_.GroundTruth(cloud.stamp, "lidar").T_world_body;
+    vio_.AddDepthCloud(cloud.points, T_world_body, cloud.stamp);
+    if (options_.tracks) depth_accuracy_.AddCloud(cloud.stamp, T_world_body, cloud.points);
+  }
 
   void Process(const ImageSet& set, std::span<const ImuSample> imu) {
     if (set.stamp > recording_.end()) return;
@@ -140,10 +148,15 @@ class Runner {
     cpu_ += std::clock() - before;
     ++run.sets;
     run.cpu_ms = 1e3 * static_cast<double>(cpu_) / CLOCKS_PER_SEC / run.sets;
-    if (options_.tracks) accuracy_.Observe(TrueTimeOf(recording_, set.stamp), vio_.tracks());
+    if (options_.tracks) {
+      const Time now = TrueTimeOf(recording_, set.stamp);
+      accuracy_.Observe(now, vio_.tracks());
+      depth_accuracy_.Observe(now, vio_.tracks());
+    }
     Observe(set, result);
   }
   std::vector<TrackAccuracy::Row> TrackErrors() const { return accuracy_.Rows(); }
+  std::vector<DepthAccuracy::Row> DepthErrors() const { return depth_accuracy_.Rows(); }
   Run run;
 
  private:
@@ -201,6 +214,7 @@ class Runner {
   std::uint64_t noise_seed_;
   Vio& vio_;
   TrackAccuracy accuracy_;
+  DepthAccuracy depth_accuracy_;
   bool started_ = false;
   std::clock_t cpu_ = 0;
 };
@@ -281,6 +295,19 @@ nlohmann::ordered_json ToJson(const std::vector<TrackAccuracy::Row>& rows) {
   return json;
 }
 
+nlohmann::ordered_json ToJson(const std::vector<DepthAccuracy::Row>& rows) {
+  nlohmann::ordered_json json;
+  for (const DepthAccuracy::Row& row : rows) {
+    json[row.kind] = {{"asked", row.asked},           {"found", row.found},
+                      {"median_m", row.median},       {"mean_relative", row.mean},
+                      {"beyond_3_sigma", row.beyond}, {"mean_square_sigma", row.mean_square},
+                      {"common_sigma", row.common},   {"too_far", row.too_far},
+                      {"too_near", row.too_near}};
+    if (row.kind == "all") json[row.kind]["search_ms"] = row.search_ms;
+  }
+  return json;
+}
+
 void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
              const Recording& recording, std::uint64_t noise_seed, SetReader sets,
              std::optional<CloudFile> clouds) {
@@ -288,18 +315,20 @@ void RunOnce(const Options& options, const VioConfig& config, const Rig& used,
   StageTimes times;
   Vio vio(config, used, times);
   const auto model = PanoramaModel::FromRig(used);
-  Runner runner(options, recording, imu, noise_seed, *model, vio);
+  Runner runner(options, config, recording, imu, noise_seed, *model, vio);
   std::optional<Cloud> cloud = clouds ? clouds->Next() : std::nullopt;
   const auto add_clouds = [&](Time now) {
     for (; cloud && cloud->stamp <= now; cloud = clouds->Next()) {
-      vio.AddDepthCloud(cloud->points, recording.GroundTruth(cloud->stamp, "lidar").T_world_body,
-                        cloud->stamp);
+      runner.AddCloud(*cloud);
     }
   };
   PlaySets(imu, std::move(sets), add_clouds,
            [&](const ImageSet& set, const auto& samples) { runner.Process(set, samples); });
   nlohmann::ordered_json json = ToJson(options, noise_seed, runner.run, recording, times);
-  if (options.tracks) json["track_errors"] = ToJson(runner.TrackErrors());
+  if (options.tracks) {
+    json["track_errors"] = ToJson(runner.TrackErrors());
+    json["depth_errors"] = ToJson(runner.DepthErrors());
+  }
   fmt::print("{}\n", json.dump());
   std::fflush(stdout);  // a run takes minutes
 }
@@ -333,7 +362,8 @@ int main(int argc, char** argv) {
   app.add_option("--cameras", options.cameras, "Names; all without")->delimiter(',');
   app.add_flag("--depth", options.depth, "Depths from LiDAR");
   app.add_flag("--no-start", options.no_start, "No first state: cameras and IMU alone");
-  app.add_flag("--tracks", options.tracks, "Errors of the tracks, too: half as long again");
+  app.add_flag("--tracks", options.tracks,
+               "Errors of the tracks, too, and of depths: half as long again");
   app.add_flag("--verbose", options.verbose, "A line per set");
   CLI11_PARSE(app, argc, argv);
   mlvi::VioConfig config;

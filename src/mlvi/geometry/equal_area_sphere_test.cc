@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -56,6 +57,37 @@ TEST(EqualAreaSphere, CellsAreNearlySquare) {
   }
   // Half of the diagonal of a square is 0.071; caps at the poles are a little wider.
   EXPECT_LT(farthest, 0.1);
+}
+
+// Every cell at most once, all that a cap touches, and not much more.
+TEST(EqualAreaSphere, RunsCoverACap) {
+  RandomStream random(3);
+  for (const int cells : {2, 30, 5000}) {
+    const EqualAreaSphere sphere(cells);
+    for (int trial = 0; trial < 300; ++trial) {
+      Eigen::Vector3d middle = RandomDirection(random);
+      if (trial % 10 == 0) middle = Eigen::Vector3d(0.0, 0.0, trial % 20 == 0 ? 1.0 : -1.0);
+      if (trial % 10 == 1) middle = Eigen::Vector3d(-1.0, 1e-4 * (trial - 150), 0.3).normalized();
+      const double angle = random.Uniform(0.01, trial % 3 == 0 ? 3.0 : 0.3);
+      std::vector<int> visits(sphere.size());
+      int visited = 0;
+      sphere.ForEachRun(middle, angle, [&](int first, int end) {
+        for (int cell = first; cell < end; ++cell, ++visited) ++visits[cell];
+      });
+      EXPECT_LE(*std::max_element(visits.begin(), visits.end()), 1);
+      for (int i = 0; i < 100; ++i) {
+        const Eigen::Vector3d axis = middle.cross(RandomDirection(random)).normalized();
+        const double off = random.Uniform(0.0, angle);
+        const Eigen::Vector3d in_cap = std::cos(off) * middle + std::sin(off) * axis;
+        ASSERT_EQ(visits[sphere.CellOf(in_cap)], 1) << middle.transpose() << " " << angle;
+      }
+      // Away from the poles: the square about the cap, with a cell more on each side.
+      const double side = 2.0 * (angle + 1.5 * sphere.cell_angle());
+      if (angle < 0.3 && std::abs(middle.z()) < 0.8 && cells == 5000) {
+        EXPECT_LT(visited * sphere.area(), 1.2 * side * side);
+      }
+    }
+  }
 }
 
 TEST(EqualAreaSphere, RefusesWhatIsNoDirection) {

@@ -96,7 +96,10 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   const LioResult result = lio_->Process(sweep, imu);
   imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
   supervisor_.Observe(sweep, result, imu);
-  if (result.lost) current_.reset();
+  if (result.lost) {
+    current_.reset();
+    if (visual_) visual_->LoseLidar();
+  }
   if (result.gap) gap_ = result.gap;
   if (result.estimates.empty()) return;
   TakeEstimates(

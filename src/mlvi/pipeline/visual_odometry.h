@@ -59,6 +59,8 @@ class VisualOdometry {
   // What LiDAR odometry found: depth for the features and, where the visual estimate does not run,
   // its start.
   void TakeLidar(const OdometryEstimate& estimate, const PointCloud& points_body);
+  // LiDAR odometry has lost track: what it said has no place beside what it will say.
+  void LoseLidar() { vio_.ClearDepthClouds(); }
 
   // Takes over what was dropped before images came here.
   void AddDropped(const DropCounts& dropped);

@@ -48,6 +48,7 @@ void DepthAccumulator::Clear() {
   points_.clear();
   stamps_.clear();
   index_.clear();
+  last_ = Time();
 }
 
 }  // namespace mlvi

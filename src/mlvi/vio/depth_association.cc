@@ -9,20 +9,20 @@
 #include <span>
 
 #include "mlvi/geometry/tangent_basis.h"
+#include "mlvi/vio/depth_arc.h"
 
 namespace mlvi {
 namespace {
 
 using Neighbors = SphericalDepthMap::Neighbors;
 
-constexpr int kRounds = 4;
+constexpr int kRounds = 6;
+constexpr double kConverged = 0.1;  // cells
 // Slopes that a surface may have before it is seen, one sigma: tan of the angle of incidence. Tells
 // how far a plane may be trusted across a ring of the LiDAR.
 constexpr double kSlopePrior = 10.0;
 // Points whose scatter was known beforehand: few neighbours tell little about theirs.
 constexpr double kPriorPoints = 6.0;
-// rad; what a tracker's window of 13 px covers around its middle, for usual lenses.
-constexpr double kWindowReach = 0.02;
 constexpr int kFits = 2;  // the noise of points depends on the plane
 
 // A plane a . p = 1 around the direction s, as seen from S: with x = B^T p / (s . p) the inverse
@@ -138,10 +138,11 @@ double SpreadLimit(double depth, const DepthConfig& config) {
 FeatureDepth Intersect(const LocalPlane& plane, const Ray& ray, const DepthConfig& config) {
   const Eigen::Vector3d a = plane.normal();
   const double along = a.dot(ray.direction), sine = SineOf(a, ray.direction);
-  FeatureDepth result{.status = DepthStatus::kGrazing};
-  if (!(sine > config.min_incidence)) return result;
-  result.depth = (1.0 - a.dot(ray.origin)) / along;
-  if (!(result.depth >= config.min_depth && result.depth <= config.max_depth)) return result;
+  if (!(sine > config.min_incidence)) return {.status = DepthStatus::kGrazing};
+  FeatureDepth result{.depth = (1.0 - a.dot(ray.origin)) / along};
+  if (!(result.depth >= config.min_depth && result.depth <= config.max_depth)) {
+    return {.status = DepthStatus::kOutOfRange};
+  }
   const Eigen::Vector3d by_plane = plane.basis.transpose() * ray.At(result.depth) / along;
   const double relief = config.roughness / sine;
   const double slope = result.depth * std::sqrt(1.0 - sine * sine) / sine;
@@ -151,7 +152,7 @@ FeatureDepth Intersect(const LocalPlane& plane, const Ray& ray, const DepthConfi
       slope * slope * (config.incidence_noise * config.incidence_noise + ray.sigma * ray.sigma);
   const double largest = config.max_relative_sigma * result.depth;
   result.status =
-      result.variance > largest * largest ? DepthStatus::kNoPoints : DepthStatus::kFound;
+      result.variance > largest * largest ? DepthStatus::kUncertain : DepthStatus::kFound;
   return result;
 }
 
@@ -161,12 +162,12 @@ FeatureDepth MeasureDepth(const SphericalDepthMap& map, const Neighbors& near,
   FeatureDepth result;
   for (const int count : {std::min(near.count, config.neighbors), near.count}) {
     const LocalPlane plane = FitPlane(map, near, count, seek, config);
-    if (plane.worst > SpreadLimit(1.0 / plane.coefficients[0], config) ||
-        HasForeground(map, near, plane, config)) {
+    if (plane.worst > SpreadLimit(1.0 / plane.coefficients[0], config)) {
       return {.status = DepthStatus::kSpread};
     }
+    if (HasForeground(map, near, plane, config)) return {.status = DepthStatus::kForeground};
     result = Intersect(plane, ray, config);
-    if (result.status != DepthStatus::kNoPoints) break;
+    if (result.status != DepthStatus::kUncertain) break;
   }
   return result;
 }
@@ -175,25 +176,23 @@ FeatureDepth MeasureDepth(const SphericalDepthMap& map, const Neighbors& near,
 
 FeatureDepth AssociateDepth(const SphericalDepthMap& map, const Ray& ray,
                             const DepthConfig& config) {
-  Eigen::Vector3d seek = ray.direction;
-  FeatureDepth result;
+  const std::optional<double> first = FirstSurface(map, ray, config);
+  if (!first) return {};
+  const Eigen::Vector3d met = ray.At(*first).normalized();
+  Eigen::Vector3d seek = met;
   for (int round = 0; round < kRounds; ++round) {
-    // The first round asks in the direction of the ray at infinity, for a guess of its depth only.
-    const double reach = round == 0
-                             ? config.max_neighbor_angle + ray.origin.norm() / config.min_depth
-                             : config.max_neighbor_angle;
-    const Neighbors near = map.Nearest(seek, Neighbors::kCapacity, reach);
+    const Neighbors near = map.Nearest(seek, Neighbors::kCapacity, config.max_neighbor_angle);
     if (near.count < 3) return {};
-    result = MeasureDepth(map, near, seek, ray, config);
-    const double guess =
-        (map.points()[static_cast<std::size_t>(near.index[0])] - ray.origin).norm();
-    const double depth = result.status == DepthStatus::kFound ? result.depth : guess;
-    const Eigen::Vector3d next = ray.At(depth).normalized();
+    const FeatureDepth result = MeasureDepth(map, near, seek, ray, config);
+    if (result.status != DepthStatus::kFound) return result;
+    const Eigen::Vector3d next = ray.At(result.depth).normalized();
+    // The plane is that of something else than what the ray came to first.
+    if ((next - met).norm() > kWindowReach) return {.status = DepthStatus::kForeground};
     const double moved = (next - seek).norm();
     seek = next;
-    if (round > 0 && moved < 0.1 * config.cell_angle) break;
+    if (moved < kConverged * config.cell_angle) return result;
   }
-  return result;
+  return {.status = DepthStatus::kSpread};  // no plane is that of its own surroundings
 }
 
 }  // namespace mlvi

@@ -15,9 +15,12 @@ namespace mlvi {
 
 enum class DepthStatus : int {
   kFound = 0,
-  kNoPoints = 1,  // too few points near the ray, or none that tell how the plane lies
-  kSpread = 2,    // points off the plane: an occlusion edge, or blur of accumulation
-  kGrazing = 3,   // the ray runs along the plane
+  kNoPoints = 1,    // too few points near the ray, or the ray passes before all of them
+  kSpread = 2,      // points off the plane: an occlusion edge, or blur of accumulation
+  kForeground = 3,  // something stands before the plane, beside the ray or on its way
+  kGrazing = 4,     // the ray runs along the plane
+  kOutOfRange = 5,  // depths below config.min_depth or beyond max_depth
+  kUncertain = 6,   // the points do not tell well enough how the plane lies
 };
 
 struct FeatureDepth {
@@ -27,8 +30,9 @@ struct FeatureDepth {
 };
 
 // Where a feature's ray (pano frame, from the camera centre C_i, unit direction, sigma of the
-// bearing) meets the plane through the points around it. Neighbours are sought around the direction
-// from S to the point found, so that the camera's offset shifts nothing: a few rounds.
+// bearing) meets the plane through the points around it: the nearest surface on the ray, as far as
+// S sees it (FirstSurface). Neighbours are sought around the direction from S to the point found,
+// so that the camera's offset shifts nothing: a few rounds.
 FeatureDepth AssociateDepth(const SphericalDepthMap& map, const Ray& ray,
                             const DepthConfig& config);
 

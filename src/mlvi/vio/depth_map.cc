@@ -5,39 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nanoflann.hpp>
+#include <numbers>
 
 #include "mlvi/base/error.h"
 #include "mlvi/base/parallel.h"
-#include "mlvi/geometry/equal_area_sphere.h"
 
 namespace mlvi {
 namespace {
 
 constexpr std::size_t kGrain = 4096;
-constexpr int kLeafSize = 12;
-
-// What nanoflann asks of a set of points.
-struct Directions {
-  std::vector<Eigen::Vector3d> values;
-
-  std::size_t kdtree_get_point_count() const { return values.size(); }
-  double kdtree_get_pt(std::size_t index, std::size_t axis) const {
-    return values[index][static_cast<Eigen::Index>(axis)];
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box& /*box*/) const {
-    return false;
-  }
-};
-
-using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Directions>,
-                                                   Directions, 3, std::uint32_t>;
 
 // Where a point lies on the sphere.
 struct Placed {
   Eigen::Vector3d point;  // pano
-  int cell = -1;          // -1: outside of the range of depths
+  double depth = 0.0;
+  int cell = -1;  // -1: outside of the range of depths
 };
 
 std::vector<Placed> PlaceOnSphere(std::span<const Eigen::Vector3f> points_world,
@@ -46,89 +28,137 @@ std::vector<Placed> PlaceOnSphere(std::span<const Eigen::Vector3f> points_world,
   std::vector<Placed> placed(points_world.size());
   const Eigen::Matrix3d R = T_pano_world.R();
   ParallelFor(points_world.size(), kGrain, [&](std::size_t i) {
-    placed[i].point = R * points_world[i].cast<double>() + T_pano_world.translation();
-    const double depth = placed[i].point.norm();
-    if (depth >= config.min_depth && depth <= config.max_depth) {
-      placed[i].cell = cells.CellOf(placed[i].point);
-    }
+    Placed& p = placed[i];
+    p.point = R * points_world[i].cast<double>() + T_pano_world.translation();
+    p.depth = p.point.norm();
+    if (p.depth >= config.min_depth && p.depth <= config.max_depth) p.cell = cells.CellOf(p.point);
   });
   return placed;
 }
 
-// Of every occupied cell the mean of what lies at most `config.layer` behind its nearest point, in
-// the order of cells. The nearest alone would be the one with the most negative error.
-std::vector<Eigen::Vector3d> NearestLayers(std::span<const Placed> placed, int cells,
-                                           const DepthConfig& config) {
-  std::vector<float> nearest(static_cast<std::size_t>(cells),
+// Of every cell and of the end the number of occupied cells before it, from the nearest depth of
+// every cell.
+std::vector<int> CountOccupied(std::span<const float> nearest) {
+  std::vector<int> first = {0};
+  first.reserve(nearest.size() + 1);
+  for (const float depth : nearest) first.push_back(first.back() + (std::isfinite(depth) ? 1 : 0));
+  return first;
+}
+
+// A candidate for the nearest neighbours.
+struct Candidate {
+  double squared_chord = 0.0;
+  int index = 0;
+  bool operator<(const Candidate& other) const {
+    return squared_chord < other.squared_chord ||
+           (squared_chord == other.squared_chord && index < other.index);
+  }
+};
+
+// The `k` nearest of the candidates so far, in order.
+class NearestFew {
+ public:
+  explicit NearestFew(int k) : k_(k) {}
+  void Offer(const Candidate& candidate) {
+    if (count_ == k_ && !(candidate < best_[static_cast<std::size_t>(k_ - 1)])) return;
+    auto place = best_.begin() + std::min(count_, k_ - 1);
+    for (; place != best_.begin() && candidate < *(place - 1); --place) *place = *(place - 1);
+    *place = candidate;
+    count_ = std::min(count_ + 1, k_);
+  }
+  std::span<const Candidate> best() const {
+    return {best_.data(), static_cast<std::size_t>(count_)};
+  }
+
+ private:
+  int k_, count_ = 0;
+  std::array<Candidate, SphericalDepthMap::Neighbors::kCapacity> best_;
+};
+
+}  // namespace
+
+// A point of a cell is the mean of what lies at most `config.layer` behind its nearest one. The
+// nearest alone would be the one with the most negative error.
+SphericalDepthMap::SphericalDepthMap(std::span<const Eigen::Vector3f> points_world,
+                                     const Pose3& T_world_pano, const DepthConfig& config)
+    : cells_(EqualAreaSphere::WithCellAngle(config.cell_angle)) {
+  const std::vector<Placed> placed =
+      PlaceOnSphere(points_world, T_world_pano.inverse(), cells_, config);
+  std::vector<float> nearest(static_cast<std::size_t>(cells_.size()),
                              std::numeric_limits<float>::infinity());
   for (const Placed& p : placed) {
     if (p.cell < 0) continue;
     float& depth = nearest[static_cast<std::size_t>(p.cell)];
-    depth = std::min(depth, static_cast<float>(p.point.norm()));
+    depth = std::min(depth, static_cast<float>(p.depth));
   }
-  std::vector<int> slots(static_cast<std::size_t>(cells), -1);
-  int occupied = 0;
-  for (std::size_t cell = 0; cell < nearest.size(); ++cell) {
-    if (std::isfinite(nearest[cell])) slots[cell] = occupied++;
-  }
-  std::vector<Eigen::Vector3d> sums(static_cast<std::size_t>(occupied), Eigen::Vector3d::Zero());
-  std::vector<int> counts(static_cast<std::size_t>(occupied), 0);
+  first_ = CountOccupied(nearest);
+  points_.assign(static_cast<std::size_t>(first_.back()), Eigen::Vector3d::Zero());
+  std::vector<int> counts(points_.size(), 0);
   for (const Placed& p : placed) {
     if (p.cell < 0) continue;
     const auto cell = static_cast<std::size_t>(p.cell);
-    if (p.point.norm() > static_cast<double>(nearest[cell]) + config.layer) continue;
-    sums[static_cast<std::size_t>(slots[cell])] += p.point;
-    ++counts[static_cast<std::size_t>(slots[cell])];
+    if (static_cast<float>(p.depth) > nearest[cell] + static_cast<float>(config.layer)) continue;
+    points_[static_cast<std::size_t>(first_[cell])] += p.point;
+    ++counts[static_cast<std::size_t>(first_[cell])];
   }
-  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] /= counts[i];
-  return sums;
-}
-
-}  // namespace
-
-struct SphericalDepthMap::Tree {
-  std::vector<Eigen::Vector3d> points;
-  Directions directions;
-  std::unique_ptr<KdTree> tree;
-};
-
-SphericalDepthMap::SphericalDepthMap(std::span<const Eigen::Vector3f> points_world,
-                                     const Pose3& T_world_pano, const DepthConfig& config)
-    : tree_(std::make_unique<Tree>()) {
-  const EqualAreaSphere cells = EqualAreaSphere::WithCellAngle(config.cell_angle);
-  tree_->points = NearestLayers(PlaceOnSphere(points_world, T_world_pano.inverse(), cells, config),
-                                cells.size(), config);
-  for (const Eigen::Vector3d& p : tree_->points) {
-    tree_->directions.values.push_back(p.normalized());
+  directions_.reserve(points_.size());
+  ranges_.reserve(points_.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    points_[i] /= counts[i];
+    ranges_.push_back(points_[i].norm());
+    directions_.emplace_back(points_[i] / ranges_.back());
   }
-  tree_->tree = std::make_unique<KdTree>(3, tree_->directions,
-                                         nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
-  tree_->tree->buildIndex();
 }
-
-SphericalDepthMap::~SphericalDepthMap() = default;
-SphericalDepthMap::SphericalDepthMap(SphericalDepthMap&&) noexcept = default;
-SphericalDepthMap& SphericalDepthMap::operator=(SphericalDepthMap&&) noexcept = default;
-
-const std::vector<Eigen::Vector3d>& SphericalDepthMap::points() const { return tree_->points; }
 
 SphericalDepthMap::Neighbors SphericalDepthMap::Nearest(const Eigen::Vector3d& direction, int k,
                                                         double max_angle) const {
   MLVI_CHECK(k >= 1 && k <= Neighbors::kCapacity, "{} neighbours of at most {}", k,
              Neighbors::kCapacity);
+  // Where points are dense, few cells hold enough of them.
+  double angle = cells_.cell_angle() * (1.0 + 0.5 * std::sqrt(k));
+  while (angle < max_angle) {
+    const Neighbors near = NearestWithin(direction, k, angle);
+    if (near.count == k) return near;
+    angle *= 2.0;
+  }
+  return NearestWithin(direction, k, max_angle);
+}
+
+template <typename Visit>
+void SphericalDepthMap::ForEachWithin(const Eigen::Vector3d& direction, double angle,
+                                      const Visit& visit) const {
+  const double chord = 2.0 * std::sin(0.5 * std::min(angle, std::numbers::pi));
+  const double limit = chord * chord;
+  // A mean of points leaves its cell only where the bands bend, and by less than that.
+  cells_.ForEachRun(direction, angle + 0.15 * cells_.cell_angle(), [&](int first, int end) {
+    const int last = first_[static_cast<std::size_t>(end)];
+    for (int i = first_[static_cast<std::size_t>(first)]; i < last; ++i) {
+      const double squared = (directions_[static_cast<std::size_t>(i)] - direction).squaredNorm();
+      if (squared <= limit) visit(i, squared);
+    }
+  });
+}
+
+SphericalDepthMap::Neighbors SphericalDepthMap::NearestWithin(const Eigen::Vector3d& direction,
+                                                              int k, double angle) const {
+  NearestFew few(k);
+  ForEachWithin(direction, angle, [&](int index, double squared) { few.Offer({squared, index}); });
   Neighbors result;
-  std::array<std::uint32_t, Neighbors::kCapacity> indices;
-  std::array<double, Neighbors::kCapacity> squared_chords;
-  const std::size_t found = tree_->tree->knnSearch(direction.data(), static_cast<std::size_t>(k),
-                                                   indices.data(), squared_chords.data());
-  for (std::size_t i = 0; i < found; ++i) {
-    const double angle = 2.0 * std::asin(std::min(1.0, 0.5 * std::sqrt(squared_chords[i])));
-    if (angle > max_angle) break;
-    result.index[i] = static_cast<int>(indices[i]);
-    result.angle[i] = angle;
-    ++result.count;
+  for (const Candidate& c : few.best()) {
+    const auto n = static_cast<std::size_t>(result.count++);
+    result.index[n] = c.index;
+    result.angle[n] = 2.0 * std::asin(std::min(1.0, 0.5 * std::sqrt(c.squared_chord)));
   }
   return result;
+}
+
+std::optional<double> SphericalDepthMap::NearestRange(const Eigen::Vector3d& direction,
+                                                      double angle) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  ForEachWithin(direction, angle, [&](int index, double /*squared*/) {
+    nearest = std::min(nearest, ranges_[static_cast<std::size_t>(index)]);
+  });
+  return std::isfinite(nearest) ? std::optional(nearest) : std::nullopt;
 }
 
 }  // namespace mlvi

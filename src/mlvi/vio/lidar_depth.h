@@ -23,6 +23,7 @@ class LidarDepth {
   // A deskewed sweep in the body frame at `stamp`, and where the LiDAR odometry has that body.
   // Stamps must not fall.
   void Add(std::span<const Eigen::Vector3f> points_body, const Pose3& T_lidar_body, Time stamp);
+  // The LiDAR odometry has begun anew: what it says now is not placed with what it said.
   void Clear();
   bool empty() const { return accumulator_.points().empty(); }
 

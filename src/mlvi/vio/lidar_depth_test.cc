@@ -23,12 +23,20 @@ class LidarDepthTest : public ::testing::Test {
       window_.calibration.T_pano_camera.push_back(model_.T_pano_camera(i));
       window_.calibration.time_offsets.push_back(0.0);
     }
+    MakeFrames();
+  }
+  void MakeFrames() {
+    window_.frames.clear();
     for (int i = 0; i <= 4; ++i) {
       WindowFrame frame{.id = FrameId(i), .imu = {}, .first_estimate = {}};
       frame.state.stamp = At(0.1 * i);
-      frame.state.T_world_body = T_window_room_ * BodyInRoom(0.1 * i);
-      frame.state.v_world_body = T_window_room_.rotation() * Eigen::Vector3d(kSpeed, 0.0, 0.0);
-      frame.images.resize(static_cast<std::size_t>(model_.cameras()));
+      const Pose3 T_room_body = BodyInRoom(0.1 * i);
+      const Eigen::Vector3d v_room(kSpeed, 0.0, 0.0);
+      frame.state.T_world_body = T_window_room_ * T_room_body;
+      frame.state.v_world_body = T_window_room_.rotation() * v_room;
+      ImageMotion motion;
+      motion.twist << T_room_body.rotation().conjugate() * v_room, 0.0, 0.0, turn_rate_;
+      frame.images.assign(static_cast<std::size_t>(model_.cameras()), motion);
       window_.frames.push_back(frame);
     }
   }
@@ -38,18 +46,25 @@ class LidarDepthTest : public ::testing::Test {
     return rig;
   }
   static Time At(double seconds) { return Time::FromSeconds(100.0 + seconds); }
-  static Pose3 BodyInRoom(double seconds) {
-    return Pose3(ExpSo3({0.02, -0.03, 0.5}), {kSpeed * seconds - 0.5, 0.4, 0.1});
+  Pose3 BodyInRoom(double seconds) const {
+    return Pose3(ExpSo3({0.02, -0.03, 0.5}) * ExpSo3({0.0, 0.0, turn_rate_ * seconds}),
+                 {kSpeed * seconds - 0.5, 0.4, 0.1});
   }
-  static Pose3 BodyInLidarWorld(double seconds) { return T_lidar_room_ * BodyInRoom(seconds); }
+  Pose3 BodyInLidarWorld(double seconds) const { return T_lidar_room_ * BodyInRoom(seconds); }
 
-  void AddSweeps(LidarDepth& depth) const {
+  static DepthConfig SmoothSurfaces() {
+    DepthConfig config;
+    config.roughness = 0.0;
+    return config;
+  }
+  // `T_moved`: the LiDAR odometry's world, moved.
+  void AddSweeps(LidarDepth& depth, const Pose3& T_moved = Pose3()) const {
     for (const double seconds : {0.03, 0.13, 0.23, 0.33, 0.43}) {
       const Pose3 T_room_body = BodyInRoom(seconds), T_body_room = T_room_body.inverse();
       PointCloud sweep = test::ScanRoom(T_room_body, kNoise,
                                         RandomStream(static_cast<std::uint64_t>(1e3 * seconds)));
       for (Eigen::Vector3f& p : sweep) p = (T_body_room * p.cast<double>()).cast<float>();
-      depth.Add(sweep, BodyInLidarWorld(seconds), At(seconds));
+      depth.Add(sweep, T_moved * BodyInLidarWorld(seconds), At(seconds));
     }
   }
 
@@ -71,8 +86,9 @@ class LidarDepthTest : public ::testing::Test {
     feature.observations = {{FrameId(static_cast<int>(first)), *seen}, {FrameId(4), *last}};
     return feature;
   }
+  // When the images were taken: of all cameras at once.
   Pose3 Pano(std::size_t frame) const {
-    return T_window_room_.inverse() * window_.frames[frame].state.T_world_body *
+    return BodyInRoom(0.1 * static_cast<double>(frame) + window_.calibration.time_offsets[0]) *
            model_.T_body_pano();
   }
   Ray InRoom(const PanoramicObservation& o, std::size_t frame) const {
@@ -80,9 +96,41 @@ class LidarDepthTest : public ::testing::Test {
     return {T.translation(), T.rotation() * o.bearing_camera};
   }
 
+  // Measures 400 features, first seen in any frame, and compares with the room.
+  void ExpectTrueDepths(LidarDepth depth = LidarDepth(SmoothSurfaces())) {
+    AddSweeps(depth);
+    RandomStream random(3);
+    while (window_.features.size() < 400) {
+      auto feature = MakeFeature(random, window_.features.size() % 4);
+      if (!feature) continue;
+      feature->track = TrackId(static_cast<std::int64_t>(window_.features.size()));
+      window_.features.push_back(*feature);
+    }
+    const int found = depth.Associate(window_, config_);
+    // Rings reach 45 degrees up and down; at corners of the picture cameras see farther.
+    EXPECT_GT(found, 200);
+    double squared = 0.0;
+    int wrong = 0;
+    for (const WindowFeature& feature : window_.features) {
+      if (!feature.lidar) continue;
+      const auto& anchor = feature.observations.front();
+      const Ray ray = InRoom(anchor.observation, static_cast<std::size_t>(anchor.frame.value()));
+      const double truth = 1.0 / test::RangeInRoom(ray.origin, ray.direction);
+      const double z = (feature.lidar->inverse_depth - truth) / feature.lidar->sigma;
+      squared += z * z;
+      wrong += std::abs(z) > 4.0 ? 1 : 0;
+      EXPECT_TRUE(feature.triangulated);
+    }
+    // Noise of beams and bearings is claimed and not there, so variances are on the careful side.
+    EXPECT_LT(squared / found, 1.3);
+    EXPECT_GT(squared / found, 0.1);
+    EXPECT_LE(wrong, found / 100);
+  }
+
   static constexpr double kSpeed = 0.8;
   inline static const Pose3 T_window_room_{ExpSo3({0.0, 0.0, 1.2}), {30.0, -20.0, 3.0}};
   inline static const Pose3 T_lidar_room_{ExpSo3({0.01, -0.02, -0.7}), {-5.0, 8.0, -1.0}};
+  double turn_rate_ = 0.0;  // rad/s, about the body's z
   PanoramaModel model_;
   VioWindow window_;
   WindowConfig config_;
@@ -90,37 +138,23 @@ class LidarDepthTest : public ::testing::Test {
 
 // Depths are along the ray of the feature's first observation, whichever camera and frame it was
 // in, with the variance that they have.
-TEST_F(LidarDepthTest, MeasuresAlongTheAnchorsRay) {
-  DepthConfig config;
-  config.roughness = 0.0;
-  LidarDepth depth(config);
-  AddSweeps(depth);
-  RandomStream random(3);
-  while (window_.features.size() < 400) {
-    auto feature = MakeFeature(random, window_.features.size() % 4);
-    if (!feature) continue;
-    feature->track = TrackId(static_cast<std::int64_t>(window_.features.size()));
-    window_.features.push_back(*feature);
-  }
-  const int found = depth.Associate(window_, config_);
-  // Rings reach 45 degrees up and down; at corners of the picture cameras see farther.
-  EXPECT_GT(found, 200);
-  double squared = 0.0;
-  int wrong = 0;
-  for (const WindowFeature& feature : window_.features) {
-    if (!feature.lidar) continue;
-    const auto& anchor = feature.observations.front();
-    const Ray ray = InRoom(anchor.observation, static_cast<std::size_t>(anchor.frame.value()));
-    const double truth = 1.0 / test::RangeInRoom(ray.origin, ray.direction);
-    const double z = (feature.lidar->inverse_depth - truth) / feature.lidar->sigma;
-    squared += z * z;
-    wrong += std::abs(z) > 4.0 ? 1 : 0;
-    EXPECT_TRUE(feature.triangulated);
-  }
-  // Noise of beams and bearings is claimed and not there, so variances are on the careful side.
-  EXPECT_LT(squared / found, 1.3);
-  EXPECT_GT(squared / found, 0.1);
-  EXPECT_LE(wrong, found / 100);
+TEST_F(LidarDepthTest, MeasuresAlongTheAnchorsRay) { ExpectTrueDepths(); }
+
+// Images are taken off their stamps, while the rig turns by 1.7 degrees.
+TEST_F(LidarDepthTest, LooksFromWhereTheImagesWereTaken) {
+  turn_rate_ = 1.5;
+  window_.calibration.time_offsets.assign(4, 0.02);
+  MakeFrames();
+  ExpectTrueDepths();
+}
+
+// A new start of the LiDAR odometry is placed somewhere else: of what it said before nothing stays.
+TEST_F(LidarDepthTest, ForgetsWhenLidarOdometryStartsAnew) {
+  LidarDepth depth(SmoothSurfaces());
+  AddSweeps(depth, Pose3(ExpSo3({0.0, 0.0, 0.4}), {0.5, 0.3, 0.0}));
+  depth.Clear();
+  EXPECT_TRUE(depth.empty());
+  ExpectTrueDepths(std::move(depth));
 }
 
 // Only what is seen now and has no depth yet is asked for, and nothing while the sweeps do not

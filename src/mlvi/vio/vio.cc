@@ -113,6 +113,8 @@ void Vio::AddDepthCloud(const PointCloud& points_body, const Pose3& T_world_body
   impl_->new_cloud = true;
 }
 
+void Vio::ClearDepthClouds() { impl_->depth.Clear(); }
+
 void Vio::Start(const OdometryEstimate& state) { impl_->pending_start = state; }
 
 const VioCalibration& Vio::calibration() const { return impl_->window.window().calibration; }

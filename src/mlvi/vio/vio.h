@@ -66,6 +66,9 @@ class Vio {
   // world of its own. Depths are taken from it; T_world_body is never used as a measurement of
   // motion.
   void AddDepthCloud(const PointCloud& points_body, const Pose3& T_world_body, Time stamp);
+  // Forgets these sweeps. To be called when the LiDAR odometry has lost track: how its new start is
+  // placed to what was before is not known.
+  void ClearDepthClouds();
 
   // Begins, or begins anew, from a state known from outside (LiDAR odometry), valid at any instant
   // within the IMU's memory; takes effect with the next set. Without it the first state comes from
