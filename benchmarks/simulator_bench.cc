@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <ctime>
 #include <vector>
@@ -39,11 +40,24 @@ Cost Median(std::vector<Cost> costs) {
   return *middle;
 }
 
-// A number that changes with any bit of the images: equal sums, equal images.
-std::uint64_t Hash(std::uint64_t hash, const Image& image) {
-  for (const std::uint8_t pixel : image.pixels) hash = (hash ^ pixel) * 0x100000001b3ULL;
-  return hash;
-}
+// Numbers that change with any bit of the images, of the sweeps: equal sums, equal data.
+class Sum {
+ public:
+  void Add(std::uint64_t bits) { value_ = (value_ ^ bits) * 0x100000001b3ULL; }
+  void Add(const Image& image) {
+    for (const std::uint8_t pixel : image.pixels) Add(pixel);
+  }
+  void Add(const LidarSweep& sweep) {
+    for (const LidarPoint& point : sweep.points) {
+      for (const float x : point.position) Add(std::bit_cast<std::uint32_t>(x));
+      Add(std::bit_cast<std::uint32_t>(point.intensity));
+    }
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325ULL;
+};
 
 struct Options {
   std::string sequence = "quad-easy";
@@ -65,6 +79,7 @@ int Run(const Options& options) {
   SequenceOptions sequence = StandardSequence(options.sequence, *rig, 0.0, 1);
   sequence.cameras = options.cameras;
   if (sequence.cameras.empty()) sequence.cameras = rig->CameraNames();
+  if (sequence.cameras.front() == "none") sequence.cameras.clear();
   sequence.image_rate = 10.0;
   if (const auto ok = CheckOptions(sequence); !ok)
     return fmt::print(stderr, "{}\n", ok.error().message), 1;
@@ -75,22 +90,26 @@ int Run(const Options& options) {
   Report("place, textures, exposures", Measure([&] { recording.emplace(sequence); }));
   std::vector<Cost> sets, jpegs, sweeps;
   StageTimes stages;  // of single images, without those of the first set
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  const std::size_t images = recording->cameras().front().size();
+  Sum images, points;
+  const auto all = static_cast<std::size_t>((recording->end() - recording->begin()).seconds() *
+                                            sequence.image_rate);
   for (int i = 0; i < options.sets; ++i) {
-    const std::size_t index = std::min(images / 2 + static_cast<std::size_t>(i), images - 1);
+    const std::size_t index = std::min(all / 2 + static_cast<std::size_t>(i), all - 2);
     std::vector<Image> set;
     sets.push_back(Measure([&] {
       for (const CameraStream& stream : recording->cameras())
         set.push_back(stream.Take(index, i > 0 ? &stages : nullptr));
     }));
-    for (const Image& image : set) hash = Hash(hash, image);
+    for (const Image& image : set) images.Add(image);
     jpegs.push_back(Measure([&] {
       for (const Image& image : set) EncodeJpeg(image, 80).value();
     }));
-    const Time time = recording->cameras().front().TimeOf(index);
-    sweeps.push_back(Measure(
-        [&] { recording->lidar().Sweep(recording->world(), recording->motion(), time, index); }));
+    const Time time = recording->begin() + Duration::FromSeconds(0.1 * static_cast<double>(index));
+    LidarSweep sweep;
+    sweeps.push_back(Measure([&] {
+      sweep = recording->lidar().Sweep(recording->world(), recording->motion(), time, index);
+    }));
+    points.Add(sweep);
   }
   Report("first set of images", sets.front());
   Report("set of images, median", Median(sets));
@@ -98,7 +117,7 @@ int Run(const Options& options) {
     fmt::print("| one image: {}, median | {:.3f} | |\n", stage, 1e-3 * statistics.p50_ms);
   Report("JPEG of a set, median", Median(jpegs));
   Report("sweep, median", Median(sweeps));
-  fmt::print("images {:016x}\n", hash);
+  fmt::print("images {:016x}, points {:016x}\n", images.value(), points.value());
   return 0;
 }
 
@@ -110,7 +129,7 @@ int main(int argc, char** argv) {
   mlvi::Options options;
   app.add_option("--sequence", options.sequence, "Sequence of the catalogue");
   app.add_option("--rig", options.rig, "Rig (default: the sequence's own)");
-  app.add_option("--cameras", options.cameras, "Cameras (default: all)")->delimiter(',');
+  app.add_option("--cameras", options.cameras, "Cameras, or none (default: all)")->delimiter(',');
   app.add_option("--sets", options.sets, "Image sets and sweeps")->check(CLI::Range(1, 10000));
   app.add_option("--threads", options.threads, "Threads, 0 for all cores");
   CLI11_PARSE(app, argc, argv);

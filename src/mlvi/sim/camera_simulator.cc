@@ -23,8 +23,6 @@ constexpr std::uint8_t kEdge = 1, kFastEdge = 2;                   // marks
 constexpr std::uint8_t kUnlikeNextColumn = 1, kUnlikeNextRow = 2;  // borders
 constexpr float kFar = 1000.0F;                                    // m
 
-const Eigen::Vector3f kLuminanceWeights(0.3F, 0.5F, 0.2F);  // of red, green, blue in a grey sensor
-
 // cos^4-like in the middle, steeper towards the corners where the lens cuts the beam.
 std::vector<float> MakeVignette(const CameraModel& lens, double corner_brightness) {
   const Eigen::Vector2d c = lens.principal_point();

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "mlvi/sim/lidar_pattern.h"
@@ -74,13 +75,20 @@ constexpr double BeamWeight(std::size_t ray) { return ray == 0 ? 0.5 : 0.125; }
 std::array<Eigen::Vector3d, kBeamRays> BeamDirections(const Eigen::Vector3d& direction,
                                                       double divergence);
 
-// What the receiver makes a range of, up to physics.max_range, before errors of range. Where the
-// whole beam meets one diffuse plane, that is the echo of its middle. `ahead`: what the beam itself
-// may meet of `world`: all of it, or World::StaticSnapshot() where nothing that moves is on its way
-// (but may be on the way of what panes mirror).
-std::optional<LidarReturn> ReceivePulse(const WorldSnapshot& world, const WorldSnapshot& ahead,
-                                        const Eigen::Vector3d& origin,
-                                        const Eigen::Vector3d& direction,
-                                        const LidarPhysics& physics);
+// A pulse that is sent out.
+struct Pulse {
+  Eigen::Vector3d origin, direction;  // world; the direction is a unit vector
+  const WorldSnapshot* world;         // at its instant
+  // What the beam itself may meet of it: the same, or World::StaticSnapshot() where nothing that
+  // moves is on its way (but may be on the way of what panes mirror).
+  const WorldSnapshot* ahead;
+};
+
+// What the receiver makes a range of, up to physics.max_range, before errors of range: of up to so
+// many pulses in one world, which are traced at once (quickest where they run much the same way).
+// Where the whole beam meets one diffuse plane, that is the echo of its middle.
+constexpr std::size_t kPulsesTogether = 3;
+using PulseReturns = std::array<std::optional<LidarReturn>, kPulsesTogether>;
+PulseReturns ReceivePulses(std::span<const Pulse> pulses, const LidarPhysics& physics);
 
 }  // namespace mlvi

@@ -50,6 +50,25 @@ void AddWall(MeshBuilder& builder, const Eigen::Vector3d& point, double angle, d
   builder.AddQuad(a - up, b - up, b + up, a + up, builder.AddMaterial(material));
 }
 
+// A sign that lies flush with the wall blooms: the rim of a beam on it outshines the middle.
+TEST(LidarEchoes, RimsOnSignsOutshineTheMiddle) {
+  MeshBuilder builder;
+  AddWall(builder, {10.0, -4.98, 0.0}, 0.0, 5.0, {.name = "wall", .reflectivity = 0.2});
+  AddWall(builder, {10.0, 5.02, 0.0}, 0.0, 5.0,
+          {.name = "sign", .reflectivity = 0.8, .retroreflective = true});
+  const World world(std::move(builder).Finish());
+  LidarPhysics physics = Exact();
+  const WorldSnapshot still = world.StaticSnapshot();
+  const std::array pulse = {Pulse{{0, 0, 0}, {1, 0, 0}, &still, &still}};
+  physics.beam_divergence = 0.002;  // its rim is 17 mm from the middle
+  const auto beside = ReceivePulses(pulse, physics).front();
+  physics.beam_divergence = 0.004;
+  const auto touched = ReceivePulses(pulse, physics).front();
+  ASSERT_TRUE(beside && touched);
+  EXPECT_NEAR(beside->reflectivity, 0.2, 1e-3);
+  EXPECT_GT(touched->reflectivity, 10.0);
+}
+
 class Pane : public ::testing::TestWithParam<double> {};
 
 // The wall behind a slab returns as from its distance, weaker by the square of what the slab
@@ -99,8 +118,9 @@ TEST(LidarEchoes, GhostsAppearBehindPanes) {
   const auto points = Fire(world, Fan(2, 1e-6, physics));
   EXPECT_NEAR(points[0].position.x(), 5.0, 1e-3);
   EXPECT_NEAR(points[0].position.y(), 0.0, 1e-3);
+  const WorldSnapshot still = world.StaticSnapshot();
   const auto truth =
-      ReceivePulse(world.StaticSnapshot(), world.StaticSnapshot(), {0, 0, 0}, {1, 0, 0}, physics);
+      ReceivePulses(std::array{Pulse{{0, 0, 0}, {1, 0, 0}, &still, &still}}, physics).front();
   ASSERT_TRUE(truth.has_value());
   EXPECT_EQ(truth->path, EchoPath::kMirrored);
 }

@@ -3,7 +3,9 @@
 #include "mlvi/sim/lidar_simulator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "mlvi/base/parallel.h"
 
@@ -29,28 +31,44 @@ double DetectionProbability(const LidarPhysics& physics, double reflectivity, do
 
 }  // namespace
 
-LidarPoint LidarSimulator::Fire(const LidarRay& ray, const Scenery& scenery,
-                                const WorldSnapshot& still, const Pose3& T_world_lidar,
-                                RandomStream random, LidarReturn& truth) const {
+struct LidarSimulator::Shot {
+  Pulse pulse;
+  double range_error = 0.0;  // m
+  double chance = 0.0;       // uniform in [0, 1): of being detected
+};
+
+// `still`: the world without what moves.
+LidarSimulator::Shot LidarSimulator::Aim(const LidarRay& ray, const Scenery& scenery,
+                                         const WorldSnapshot& still, const Pose3& T_world_lidar,
+                                         RandomStream random) const {
+  const LidarPhysics& physics = pattern_.physics;
+  const Eigen::Vector3d direction =
+      T_world_lidar.rotation() *
+      Disturbed(ray.direction.cast<double>(), physics.beam_noise, random);
+  const Eigen::Vector3d origin = T_world_lidar * ray.origin.cast<double>();
+  const double range_error = physics.range_noise * random.Normal();
+  const bool clear = std::ranges::none_of(
+      scenery.moving, [&](const auto& obstacle) { return obstacle.MayBeMet(origin, direction); });
+  return {.pulse = {.origin = origin,
+                    .direction = direction,
+                    .world = &scenery.world,
+                    .ahead = clear ? &still : &scenery.world},
+          .range_error = range_error,
+          .chance = random.Uniform()};
+}
+
+LidarPoint LidarSimulator::Measure(const LidarRay& ray, const Shot& shot,
+                                   const std::optional<LidarReturn>& echo) const {
   const LidarPhysics& physics = pattern_.physics;
   LidarPoint point{.offset_ns = pattern_.firing_offsets_ns[ray.firing], .ring = ray.ring};
-  const Eigen::Vector3d origin = ray.origin.cast<double>(), nominal = ray.direction.cast<double>();
-  const Eigen::Vector3d direction =
-      T_world_lidar.rotation() * Disturbed(nominal, physics.beam_noise, random);
-  const double range_error = physics.range_noise * random.Normal(), chance = random.Uniform();
-  const bool clear = std::ranges::none_of(scenery.moving, [&](const WorldSnapshot::Cone& cone) {
-    return cone.axis.dot(direction) >= cone.cosine;
-  });
-  const auto echo = ReceivePulse(scenery.world, clear ? still : scenery.world,
-                                 T_world_lidar * origin, direction, physics);
   if (!echo) return point;
-  truth = *echo;
+  const Eigen::Vector3d origin = ray.origin.cast<double>(), nominal = ray.direction.cast<double>();
   const double range = echo->range + ray.origin_offset;
   if (range < physics.min_range || range > physics.max_range) return point;
-  if (chance >= DetectionProbability(physics, echo->reflectivity, range)) return point;
+  if (shot.chance >= DetectionProbability(physics, echo->reflectivity, range)) return point;
   const double biased = range + RangeBias(physics, range, echo->cosine, echo->reflectivity);
   const double measured =
-      std::round((biased + range_error) / physics.range_resolution) * physics.range_resolution;
+      std::round((biased + shot.range_error) / physics.range_resolution) * physics.range_resolution;
   if (measured <= ray.origin_offset) return point;
   point.position = (origin + (measured - ray.origin_offset) * nominal).cast<float>();
   point.intensity = static_cast<float>(255.0 * std::min(1.0, echo->reflectivity));
@@ -96,10 +114,24 @@ TracedSweep LidarSimulator::Trace(const World& world, const PoseSpline& motion, 
   sweep.has_times = sweep.has_rings = sweep.has_intensity = true;
   sweep.points.resize(pattern_.rays.size());
   const RandomStream random = random_.Fork(index);
-  ParallelFor(pattern_.rays.size(), 1024, [&](std::size_t i) {
-    const LidarRay& ray = pattern_.rays[i];
-    sweep.points[i] = Fire(ray, scenery[instant(ray)], still, poses[ray.firing], random.Fork(i),
-                           result.returns[i]);
+  const std::size_t groups = (pattern_.rays.size() + kPulsesTogether - 1) / kPulsesTogether;
+  ParallelFor(groups, 256, [&](std::size_t group) {
+    const std::size_t first = group * kPulsesTogether;
+    const auto rays = std::span(pattern_.rays)
+                          .subspan(first, std::min(kPulsesTogether, pattern_.rays.size() - first));
+    std::array<Shot, kPulsesTogether> shots;
+    std::array<Pulse, kPulsesTogether> pulses;
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+      const LidarRay& ray = rays[k];
+      shots[k] = Aim(ray, scenery[instant(ray)], still, poses[ray.firing], random.Fork(first + k));
+      pulses[k] = shots[k].pulse;
+    }
+    const PulseReturns echoes =
+        ReceivePulses(std::span(pulses).first(rays.size()), pattern_.physics);
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+      sweep.points[first + k] = Measure(rays[k], shots[k], echoes[k]);
+      result.returns[first + k] = echoes[k].value_or(LidarReturn{});
+    }
   });
   return result;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "mlvi/base/random.h"
@@ -43,12 +44,14 @@ class LidarSimulator {
   // The world at one instant of a sweep.
   struct Scenery {
     WorldSnapshot world;
-    std::vector<WorldSnapshot::Cone> moving;
+    std::vector<WorldSnapshot::Obstacle> moving;
   };
   std::vector<Scenery> SceneryOf(const World& world, const PoseSpline& motion, Time stamp) const;
-  // Writes the truth to `truth`. `still`: the world without what moves.
-  LidarPoint Fire(const LidarRay& ray, const Scenery& scenery, const WorldSnapshot& still,
-                  const Pose3& T_world_lidar, RandomStream random, LidarReturn& truth) const;
+  struct Shot;  // a pulse with its errors
+  Shot Aim(const LidarRay& ray, const Scenery& scenery, const WorldSnapshot& still,
+           const Pose3& T_world_lidar, RandomStream random) const;
+  LidarPoint Measure(const LidarRay& ray, const Shot& shot,
+                     const std::optional<LidarReturn>& echo) const;
 
   LidarPattern pattern_;
   Pose3 T_body_lidar_;

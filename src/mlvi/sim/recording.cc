@@ -160,7 +160,9 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
 }
 
 void Recording::MakeCameras() {
-  renderer_ = std::make_unique<SceneRenderer>(place_.world);
+  const TextureTint tint =
+      options_.camera_physics.colour ? TextureTint::kColour : TextureTint::kGrey;
+  renderer_ = std::make_unique<SceneRenderer>(place_.world, tint);
   const auto& specs = options_.rig.true_rig.cameras;
   for (std::size_t i = 0; i < specs.size(); ++i) {
     const CameraSpec& spec = specs[i];

@@ -34,7 +34,7 @@ Texture DrawPatches() {
       texels.push_back(Eigen::Vector3f::Constant(noise.Fractal(u, v, 8, 8, 5, 1)));
     }
   }
-  return Texture(kSize, texels);
+  return Texture(kSize, texels, TextureTint::kGrey);
 }
 
 bool SameRecipe(const TextureRecipe& a, const TextureRecipe& b) {
@@ -44,17 +44,21 @@ bool SameRecipe(const TextureRecipe& a, const TextureRecipe& b) {
 // Draws every distinct recipe once.
 class TextureStore {
  public:
+  explicit TextureStore(TextureTint tint) : tint_(tint) {}
+
   std::shared_ptr<const Texture> Get(const Material& material) {
     if (material.image) return material.image;
     for (const auto& [recipe, texture] : drawn_) {
       if (SameRecipe(recipe, material.texture)) return texture;
     }
-    auto texture = std::make_shared<const Texture>(DrawTexture(material.texture));
+    auto texture =
+        std::make_shared<const Texture>(DrawTexture(material.texture, kTextureSize, tint_));
     drawn_.emplace_back(material.texture, texture);
     return texture;
   }
 
  private:
+  TextureTint tint_;
   std::vector<std::pair<TextureRecipe, std::shared_ptr<const Texture>>> drawn_;
 };
 
@@ -106,8 +110,9 @@ bool SameSurface(const Sight& a, const Sight& b) {
   return std::abs(a.plane - b.plane) < 0.01F + 0.01F * std::min(a.hit.range, b.hit.range);
 }
 
-SceneRenderer::SceneRenderer(const World& world) : world_(&world), patches_(DrawPatches()) {
-  TextureStore store;
+SceneRenderer::SceneRenderer(const World& world, TextureTint tint)
+    : world_(&world), patches_(DrawPatches()) {
+  TextureStore store(tint);
   const auto add = [&](const TriangleMesh& mesh) {
     auto& surfaces = surfaces_.emplace_back();
     normals_.emplace_back(mesh);
@@ -119,7 +124,7 @@ SceneRenderer::SceneRenderer(const World& world) : world_(&world), patches_(Draw
         continue;
       }
       auto texture = store.Get(mesh.materials[i]);
-      const float mean = texture->Sample(0.5F, 0.5F, static_cast<float>(texture->levels())).mean();
+      const float mean = texture->mean();
       surfaces.push_back({std::move(texture), mean});
     }
   };

@@ -31,8 +31,8 @@ bool SameSurface(const Sight& a, const Sight& b);
 // constructed. Const functions are thread-safe and give the same bits on every call.
 class SceneRenderer {
  public:
-  // `world` must outlive the renderer.
-  explicit SceneRenderer(const World& world);
+  // `world` must outlive the renderer. Grey, luminances are right and colours are not.
+  explicit SceneRenderer(const World& world, TextureTint tint = TextureTint::kColour);
 
   const World& world() const { return *world_; }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 namespace mlvi {
@@ -39,9 +40,14 @@ class SurfaceRelief {
                     const Eigen::Vector3d& direction, double cosine) const;
 
  private:
+  struct Ray;
+  double FineOn(const Relief& relief, const Ray& ray, double s) const;
+  double CoarseOn(const Relief& relief, const Ray& ray, double s) const;
   double Noise(const Eigen::Vector3d& at) const;  // of variance 1
 
-  std::vector<float> lattice_;
+  // By place x, y, z: the values of four neighbours, at (y, z), (y + 1, z), (y, z + 1), (y + 1, z +
+  // 1).
+  std::vector<std::array<float, 4>> lattice_;
 };
 
 }  // namespace mlvi

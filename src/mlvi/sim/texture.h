@@ -48,19 +48,28 @@ struct TextureRecipe {
   Eigen::Vector3f dark = Eigen::Vector3f::Constant(0.15F);
 };
 
-// A square RGB image with its mip pyramid: level 0 has `size` (a power of two) texels a side, every
+// What is kept of the colours: grey takes a quarter of the memory and half of the time, and is all
+// that grey cameras see.
+enum class TextureTint { kColour, kGrey };
+// Of red, green, blue, in grey images.
+inline const Eigen::Vector3f kLuminanceWeights(0.3F, 0.5F, 0.2F);
+
+// A square image with its mip pyramid: level 0 has `size` (a power of two) texels a side, every
 // next one half of that, each texel the mean of four. Repeats in both directions.
 class Texture {
  public:
   // `texels`: row-major, `size` * `size` linear reflectances in [0, 1].
-  Texture(int size, const std::vector<Eigen::Vector3f>& texels);
+  Texture(int size, const std::vector<Eigen::Vector3f>& texels,
+          TextureTint tint = TextureTint::kColour);
 
   int size() const { return size_; }
+  // Of all texels and colours, grey or not.
+  float mean() const { return mean_; }
   int levels() const { return static_cast<int>(offsets_.size()); }
 
   // Trilinear: bilinear within the two levels next to `lod` (0: full size; clamped to the pyramid).
   // u to the right, v down the rows, in repeats (|u|, |v| < 1e9); texel (0, 0) is centred on (0.5,
-  // 0.5) / size.
+  // 0.5) / size. A grey texture gives its luminance in all three colours.
   Eigen::Vector3f Sample(float u, float v, float lod) const {
     return Mean({u, v}, Eigen::Vector2f::Zero(), 1, lod);
   }
@@ -70,9 +79,16 @@ class Texture {
                        float lod) const;
 
  private:
+  template <typename Channels>
+  void Encode(std::vector<Channels> level);
+
   int size_;
-  std::vector<std::size_t> offsets_;   // of each level
-  std::vector<std::uint16_t> values_;  // 65535 = 1, four per texel (the last one unused)
+  TextureTint tint_;
+  float mean_ = 0.0F;
+  std::vector<std::size_t> offsets_;  // of each level
+  // 65535 = 1. Colour: four per texel (the last one unused). Grey: one, and behind each row its
+  // first texel again, so that two neighbours are one load.
+  std::vector<std::uint16_t> values_;
 };
 
 }  // namespace mlvi

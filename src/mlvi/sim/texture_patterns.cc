@@ -266,7 +266,7 @@ constexpr std::array<Pattern, 20> kPatterns = {
 
 }  // namespace
 
-Texture DrawTexture(const TextureRecipe& recipe, int size) {
+Texture DrawTexture(const TextureRecipe& recipe, int size, TextureTint tint) {
   const Pattern pattern = kPatterns.at(static_cast<std::size_t>(recipe.pattern));
   if (recipe.pattern == TexturePattern::kPlain) size = 1;
   const TileNoise noise(recipe.seed);
@@ -282,7 +282,7 @@ Texture DrawTexture(const TextureRecipe& recipe, int size) {
       texels[row * side + column] = shade.gain * mixed.cwiseProduct(shade.tint);
     }
   });
-  return Texture(size, texels);
+  return Texture(size, texels, tint);
 }
 
 }  // namespace mlvi

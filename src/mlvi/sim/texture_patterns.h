@@ -8,6 +8,8 @@ namespace mlvi {
 
 // Draws the recipe, `size` texels a side; bricks, slabs, boards and stones have their usual size
 // where one repeat covers 4 m. Same arguments, same image.
-Texture DrawTexture(const TextureRecipe& recipe, int size = 1024);
+constexpr int kTextureSize = 1024;
+Texture DrawTexture(const TextureRecipe& recipe, int size = kTextureSize,
+                    TextureTint tint = TextureTint::kColour);
 
 }  // namespace mlvi

@@ -54,6 +54,24 @@ TEST(Texture, EveryLevelKeepsTheMean) {
   EXPECT_LT((texture.Sample(0.1F, 0.7F, 1.25F) - (0.75F * a + 0.25F * b)).norm(), 1e-6F);
 }
 
+// What grey cameras see of a texture does not depend on whether its colours are kept.
+TEST(Texture, GreyIsTheLuminanceOfTheColours) {
+  const auto texels = RandomTexels(32);
+  const Texture colour(32, texels), grey(32, texels, TextureTint::kGrey);
+  EXPECT_EQ(grey.mean(), colour.mean());
+  EXPECT_NEAR(grey.mean(), 0.5F, 0.02F);
+  RandomStream random(2, "places");
+  for (int i = 0; i < 2000; ++i) {
+    const auto number = [&] { return static_cast<float>(random.Uniform(-2.0, 2.0)); };
+    const Eigen::Vector2f uv(number(), number()), stretch(0.1F * number(), 0.1F * number());
+    const float lod = 1.5F * (number() + 2.0F);
+    const Eigen::Vector3f a = colour.Mean(uv, stretch, 1 + i % 4, lod),
+                          b = grey.Mean(uv, stretch, 1 + i % 4, lod);
+    ASSERT_NEAR(kLuminanceWeights.dot(a), b.x(), 2.0F * kStep);
+    ASSERT_TRUE((b.array() == b.x()).all());
+  }
+}
+
 TEST(Texture, RefusesSizesThatHaveNoPyramid) {
   EXPECT_THROW(Texture(6, RandomTexels(6)), ContractViolation);
   EXPECT_THROW(Texture(8, RandomTexels(4)), ContractViolation);

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "mlvi/base/error.h"
@@ -24,11 +26,11 @@ double TransmittedShare(double transmission, double mirror, double cosine) {
 }
 
 struct World::Scene {
-  // A part of a moving object, with the sphere around it in its own frame.
+  // A part of a moving object, with the box and the sphere around it in its own frame.
   struct Part {
     internal::EmbreeMesh mesh;
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double radius = 0.0;
+    RayBox box;
+    double radius = 0.0;  // of the sphere, around the middle of the box
   };
 
   internal::EmbreeDevice device;
@@ -103,10 +105,12 @@ World::Scene::Part World::Scene::MakePart(const TriangleMesh& part) const {
     low = low.cwiseMin(vertex);
     high = high.cwiseMax(vertex);
   }
+  constexpr double kRoom = 0.001;  // m, since rays are known to single precision
   Part result{.mesh = internal::EmbreeMesh(device, part),
-              .centre = 0.5 * (low + high).cast<double>()};
+              .box = {.centre = 0.5 * (low + high).cast<double>(),
+                      .half = (0.5 * (high - low).cast<double>()).array() + kRoom}};
   for (const Eigen::Vector3f& vertex : part.vertices)
-    result.radius = std::max(result.radius, (vertex.cast<double>() - result.centre).norm());
+    result.radius = std::max(result.radius, (vertex.cast<double>() - result.box.centre).norm());
   return result;
 }
 
@@ -175,7 +179,7 @@ WorldSnapshot::WorldSnapshot(const World& world, double seconds)
     Sphere bound;
     for (std::size_t k = 0; k < parts.size(); ++k) {
       inverses_.push_back(poses_[first + k].inverse());
-      centres_.push_back(poses_[first + k] * parts[k].centre);
+      centres_.push_back(poses_[first + k] * parts[k].box.centre);
       bound.centre += centres_.back() / static_cast<double>(parts.size());
     }
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -190,20 +194,38 @@ const Pose3& WorldSnapshot::PoseOf(int object, int part) const {
   return poses_.at(firsts_.at(static_cast<std::size_t>(object)) + static_cast<std::size_t>(part));
 }
 
-std::vector<WorldSnapshot::Cone> WorldSnapshot::MovingParts(const Eigen::Vector3d& point,
-                                                            double slack) const {
-  std::vector<Cone> cones;
+std::vector<WorldSnapshot::Obstacle> WorldSnapshot::MovingParts(const Eigen::Vector3d& point,
+                                                                double slack) const {
+  std::vector<Obstacle> obstacles;
   for (std::size_t object = 0; object < firsts_.size(); ++object) {
     const auto& parts = world_->scene_->parts[object];
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      const Eigen::Vector3d to_centre = centres_[firsts_[object] + k] - point;
-      const double distance = to_centre.norm(), radius = parts[k].radius + slack + 0.01 * distance;
-      if (distance <= radius) return {Cone{}};
-      const double sine = radius / distance;
-      cones.push_back({to_centre / distance, std::sqrt(1.0 - sine * sine)});
+      const std::size_t index = firsts_[object] + k;
+      const Eigen::Vector3d to_centre = centres_[index] - point;
+      const double distance = to_centre.norm();
+      const RayBox& box = parts[k].box;
+      const double room = 0.01 * (distance + parts[k].radius + slack);  // at its farther side
+      Obstacle& obstacle =
+          obstacles.emplace_back(Obstacle{.R_part_world = inverses_[index].R(),
+                                          .p_part_world = inverses_[index].translation(),
+                                          .box = {box.centre, box.half.array() + room}});
+      // A ray from `slack` beside the point is one from the point to the box moved by as much.
+      const Eigen::Vector3d half = obstacle.box.half.array() + slack;
+      const Eigen::Vector3d axis = to_centre / std::max(distance, 1e-9);
+      double cosine = 1.0;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3d signs((corner & 1) - 0.5, (corner >> 1 & 1) - 0.5,
+                                    (corner >> 2) - 0.5);
+        const Eigen::Vector3d way =
+            to_centre + obstacle.R_part_world.transpose() * (2.0 * signs.cwiseProduct(half));
+        cosine = std::min(cosine, way.dot(axis) / way.norm());
+      }
+      if (cosine <= 0.0) continue;  // not convex: all directions
+      obstacle.axis = axis;
+      obstacle.cosine = cosine;
     }
   }
-  return cones;
+  return obstacles;
 }
 
 namespace {
@@ -219,17 +241,38 @@ bool MayMeet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, do
 
 }  // namespace
 
-// Calls visit(object, part, index of the part among all) for the parts that the ray may meet.
+// A ray in the frame of a part of a moving object that it may meet.
+struct WorldSnapshot::PartRay {
+  std::size_t object = 0, part = 0;
+  std::size_t index = 0;  // of the part among all
+  Eigen::Vector3d origin, direction;
+};
+
+std::optional<WorldSnapshot::PartRay> WorldSnapshot::ToPart(std::size_t object, std::size_t part,
+                                                            const Eigen::Vector3d& origin,
+                                                            const Eigen::Vector3d& direction,
+                                                            double max_range) const {
+  const std::size_t index = firsts_[object] + part;
+  const World::Scene::Part& bound = world_->scene_->parts[object][part];
+  if (!MayMeet(origin, direction, max_range, centres_[index], bound.radius)) return std::nullopt;
+  const Pose3& T_part_world = inverses_[index];
+  PartRay ray{.object = object,
+              .part = part,
+              .index = index,
+              .origin = T_part_world * origin,
+              .direction = T_part_world.rotation() * direction};
+  if (!bound.box.MayBeMet(ray.origin, ray.direction)) return std::nullopt;
+  return ray;
+}
+
+// Calls visit(PartRay) for the parts that the ray may meet.
 template <typename Visit>
 void WorldSnapshot::VisitMovers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                 double max_range, const Visit& visit) const {
   for (std::size_t i = 0; i < bounds_.size(); ++i) {
     if (!MayMeet(origin, direction, max_range, bounds_[i].centre, bounds_[i].radius)) continue;
-    const auto& parts = world_->scene_->parts[i];
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const std::size_t index = firsts_[i] + k;
-      if (MayMeet(origin, direction, max_range, centres_[index], parts[k].radius))
-        visit(i, k, index);
+    for (std::size_t k = 0; k < world_->scene_->parts[i].size(); ++k) {
+      if (const auto ray = ToPart(i, k, origin, direction, max_range)) visit(*ray);
     }
   }
 }
@@ -241,16 +284,14 @@ std::optional<SurfaceHit> WorldSnapshot::Cast(const Eigen::Vector3d& origin,
   if (bounds_.empty()) return nearest;
   const World::Scene& scene = *world_->scene_;
   const double limit = nearest ? nearest->range : max_range;
-  VisitMovers(origin, direction, limit, [&](std::size_t i, std::size_t k, std::size_t index) {
-    const Pose3& T_part_world = inverses_[index];
-    const Eigen::Vector3d local_direction = T_part_world.rotation() * direction;
-    const auto hit = scene.parts[i][k].mesh.Cast(T_part_world * origin, local_direction,
-                                                 nearest ? nearest->range : max_range);
+  VisitMovers(origin, direction, limit, [&](const PartRay& ray) {
+    const auto hit = scene.parts[ray.object][ray.part].mesh.Cast(
+        ray.origin, ray.direction, nearest ? nearest->range : max_range);
     if (!hit) return;
-    nearest = HitOf(scene.movers[i].parts[k], *hit, local_direction);
-    nearest->normal = poses_[index].rotation() * nearest->normal;
-    nearest->object = static_cast<int>(i);
-    nearest->part = static_cast<int>(k);
+    nearest = HitOf(scene.movers[ray.object].parts[ray.part], *hit, ray.direction);
+    nearest->normal = poses_[ray.index].rotation() * nearest->normal;
+    nearest->object = static_cast<int>(ray.object);
+    nearest->part = static_cast<int>(ray.part);
   });
   return nearest;
 }
@@ -259,44 +300,46 @@ bool WorldSnapshot::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3
                              double max_range) const {
   const World::Scene& scene = *world_->scene_;
   bool occluded = scene.tracer.Occluded(origin, direction, max_range);
-  VisitMovers(origin, direction, max_range, [&](std::size_t i, std::size_t k, std::size_t index) {
-    if (occluded) return;
-    occluded = scene.parts[i][k].mesh.Occluded(inverses_[index] * origin,
-                                               inverses_[index].rotation() * direction, max_range);
+  VisitMovers(origin, direction, max_range, [&](const PartRay& ray) {
+    occluded = occluded || scene.parts[ray.object][ray.part].mesh.Occluded(
+                               ray.origin, ray.direction, max_range);
   });
   return occluded;
 }
 
 namespace {
 
-// A cone around all rays of a packet: it starts in a ball around their origins.
+// A cone around the active rays of a packet: it starts in a ball around their origins.
 class PacketCone {
  public:
   template <std::size_t N>
-  explicit PacketCone(const RayPacketOf<N>& rays) {
+  PacketCone(const RayPacketOf<N>& rays, unsigned active) {
     // Lanes side by side, those of inactive rays like the first active one.
-    const auto first = static_cast<std::size_t>(std::countr_zero(rays.active));
+    const auto first = static_cast<std::size_t>(std::countr_zero(active));
     const auto filled = [&](const typename RayPacketOf<N>::Lanes& lanes) {
-      auto all = lanes;
-      for (std::size_t i = 0; i < N; ++i) {
-        if ((rays.active >> i & 1U) == 0) all[i] = lanes[first];
+      Quads<N> all;
+      std::memcpy(all.data(), lanes.data(), sizeof(lanes));
+      for (std::size_t i = 0; std::popcount(active) < rays.kSize && i < N; ++i) {
+        if ((active >> i & 1U) == 0) all[i / 4][i % 4] = lanes[first];
       }
       return all;
     };
-    const auto x = filled(rays.x), y = filled(rays.y), z = filled(rays.z);
-    const auto dx = filled(rays.dx), dy = filled(rays.dy), dz = filled(rays.dz);
-    origin_ = {x[first], y[first], z[first]};
-    for (std::size_t i = 0; i < N; ++i) axis_ += Eigen::Vector3f(dx[i], dy[i], dz[i]);
-    axis_.normalize();
-    float away2 = 0.0F;
-    for (std::size_t i = 0; i < N; ++i) {
-      cosine_ = std::min(cosine_, axis_.x() * dx[i] + axis_.y() * dy[i] + axis_.z() * dz[i]);
-      const float px = x[i] - origin_.x(), py = y[i] - origin_.y(), pz = z[i] - origin_.z();
-      away2 = std::max(away2, px * px + py * py + pz * pz);
+    const Quads<N> x = filled(rays.x), y = filled(rays.y), z = filled(rays.z);
+    const Quads<N> dx = filled(rays.dx), dy = filled(rays.dy), dz = filled(rays.dz);
+    origin_ = {rays.x[first], rays.y[first], rays.z[first]};
+    axis_ = Eigen::Vector3f(SumOf<N>(dx), SumOf<N>(dy), SumOf<N>(dz)).normalized();
+    Quad cosine = {1.0F, 1.0F, 1.0F, 1.0F}, away2 = {};
+    for (std::size_t i = 0; i < N / 4; ++i) {
+      const Quad c = axis_.x() * dx[i] + axis_.y() * dy[i] + axis_.z() * dz[i];
+      const Quad px = x[i] - origin_.x(), py = y[i] - origin_.y(), pz = z[i] - origin_.z();
+      const Quad p2 = px * px + py * py + pz * pz;
+      cosine = c < cosine ? c : cosine;
+      away2 = p2 > away2 ? p2 : away2;
     }
-    spread_ = std::sqrt(away2) + 0.01F;  // all of this is known to single precision
-    cosine_ -= 1e-6F;
+    // All of this is known to single precision.
+    cosine_ = std::min({cosine[0], cosine[1], cosine[2], cosine[3]}) - 1e-6F;
     sine_ = std::sqrt(std::max(0.0F, 1.0F - cosine_ * cosine_));
+    spread_ = std::sqrt(std::max({away2[0], away2[1], away2[2], away2[3]})) + 0.01F;
   }
 
   bool MayMeet(const Eigen::Vector3f& centre, float radius) const {
@@ -308,31 +351,33 @@ class PacketCone {
   }
 
  private:
+  using Quad = float __attribute__((vector_size(16)));
+  template <std::size_t N>
+  using Quads = std::array<Quad, N / 4>;
+  template <std::size_t N>
+  static float SumOf(const Quads<N>& quads) {
+    Quad sum = {};
+    for (const Quad& quad : quads) sum += quad;
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  }
+
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero(), axis_ = Eigen::Vector3f::Zero();
   float cosine_ = 1.0F, sine_ = 0.0F, spread_ = 0.0F;
 };
 
 }  // namespace
 
-// A ray of a packet in the frame of a part of a moving object that it may meet.
-struct WorldSnapshot::PartRay {
-  int ray = 0;
-  std::size_t object = 0, part = 0;
-  const WorldSnapshot* snapshot = nullptr;
-  Eigen::Vector3d origin, direction;
-};
-
-// A ball around where an object is at the instants of all rays.
-template <std::size_t N>
-WorldSnapshot::Sphere WorldSnapshot::BoundOf(std::size_t object, const RayPacketOf<N>& rays,
-                                             const PerRayOf<N>& snapshots) {
-  const WorldSnapshot* known = snapshots[static_cast<std::size_t>(std::countr_zero(rays.active))];
-  Sphere bound = known->bounds_[object];
+// A ball around what is in sphere_at(snapshot) for all active snapshots.
+template <std::size_t N, typename SphereAt>
+WorldSnapshot::Sphere WorldSnapshot::BoundOf(const PerRayOf<N>& snapshots, unsigned active,
+                                             const SphereAt& sphere_at) {
+  const auto at = [&](unsigned lanes) -> const WorldSnapshot& {
+    return *snapshots[static_cast<std::size_t>(std::countr_zero(lanes))];
+  };
+  Sphere bound = sphere_at(at(active));
   double away2 = 0.0;
-  for (std::size_t i = 0; i < N; ++i) {
-    if (!rays.IsActive(static_cast<int>(i)) || snapshots[i] == known) continue;
-    known = snapshots[i];
-    const Sphere& other = known->bounds_[object];
+  for (unsigned left = active & (active - 1); left != 0; left &= left - 1) {
+    const Sphere other = sphere_at(at(left));
     away2 = std::max(away2, (other.centre - bound.centre).squaredNorm());
     bound.radius = std::max(bound.radius, other.radius);
   }
@@ -340,30 +385,46 @@ WorldSnapshot::Sphere WorldSnapshot::BoundOf(std::size_t object, const RayPacket
   return bound;
 }
 
-// Calls visit(PartRay) for all pairs of a ray and a part of a moving object that may meet.
+// Calls visit(number of the ray, PartRay) for all pairs of a ray and a part that may meet.
 template <std::size_t N, typename Visit>
 void WorldSnapshot::VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots,
                                 const Visit& visit) {
-  const WorldSnapshot& first = *snapshots.front();
-  if (first.bounds_.empty() || rays.active == 0) return;
-  const PacketCone cone(rays);
+  unsigned active = 0;  // rays of snapshots with moving objects
+  for (int ray = 0; ray < rays.kSize; ++ray) {
+    if (rays.IsActive(ray) && !snapshots[static_cast<std::size_t>(ray)]->bounds_.empty())
+      active |= 1U << ray;
+  }
+  if (active == 0) return;
+  // Their snapshots, each once: mostly one or a few.
+  PerRayOf<N> instants;
+  std::size_t count = 0;
+  for (unsigned left = active; left != 0; left &= left - 1) {
+    const WorldSnapshot* at = snapshots[static_cast<std::size_t>(std::countr_zero(left))];
+    const auto known = std::span(instants).first(count);
+    if (std::ranges::find(known, at) == known.end()) instants[count++] = at;
+  }
+  const WorldSnapshot& first = *instants.front();
+  const PacketCone cone(rays, active);
+  const auto may_meet = [&](const auto& sphere_at) {
+    const Sphere bound = BoundOf(instants, (1U << count) - 1, sphere_at);
+    return cone.MayMeet(bound.centre.template cast<float>(), static_cast<float>(bound.radius));
+  };
   for (std::size_t object = 0; object < first.bounds_.size(); ++object) {
-    const Sphere bound = BoundOf(object, rays, snapshots);
-    if (!cone.MayMeet(bound.centre.cast<float>(), static_cast<float>(bound.radius))) continue;
+    if (!may_meet([&](const WorldSnapshot& at) { return at.bounds_[object]; })) continue;
     const auto& parts = first.world_->scene_->parts[object];
-    for (int ray = 0; ray < rays.kSize; ++ray) {
-      if (!rays.IsActive(ray)) continue;
-      const WorldSnapshot& snapshot = *snapshots[static_cast<std::size_t>(ray)];
-      const Eigen::Vector3d origin = rays.Origin(ray).template cast<double>(),
-                            direction = rays.Direction(ray).template cast<double>();
-      const double limit = rays.limit[static_cast<std::size_t>(ray)];
-      for (std::size_t k = 0; k < parts.size(); ++k) {
-        const std::size_t index = snapshot.firsts_[object] + k;
-        if (!mlvi::MayMeet(origin, direction, limit, snapshot.centres_[index], parts[k].radius))
-          continue;
-        const Pose3& T_part_world = snapshot.inverses_[index];
-        visit(PartRay{ray, object, k, &snapshot, T_part_world * origin,
-                      T_part_world.rotation() * direction});
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const std::size_t index = first.firsts_[object] + k;
+      if (!may_meet([&](const WorldSnapshot& at) {
+            return Sphere{at.centres_[index], parts[k].radius};
+          }))
+        continue;
+      for (unsigned left = active; left != 0; left &= left - 1) {
+        const int ray = std::countr_zero(left);
+        const auto lane = static_cast<std::size_t>(ray);
+        const auto at =
+            snapshots[lane]->ToPart(object, k, rays.Origin(ray).template cast<double>(),
+                                    rays.Direction(ray).template cast<double>(), rays.limit[lane]);
+        if (at) visit(ray, *at);
       }
     }
   }
@@ -374,14 +435,14 @@ PacketHitsOf<N> WorldSnapshot::Cast(const RayPacketOf<N>& rays, const PerRayOf<N
   PacketHitsOf<N> hits;
   const World::Scene& scene = *snapshots.front()->world_->scene_;
   scene.tracer.Cast(rays, hits);
-  VisitMovers(rays, snapshots, [&](const PartRay& at) {
-    const auto lane = static_cast<std::size_t>(at.ray);
+  VisitMovers(rays, snapshots, [&](int ray, const PartRay& at) {
+    const auto lane = static_cast<std::size_t>(ray);
     PacketHit& nearest = hits[lane];
     const auto hit = scene.parts[at.object][at.part].mesh.Cast(
         at.origin, at.direction, nearest.range > 0.0F ? nearest.range : rays.limit[lane]);
     if (!hit) return;
     const SurfaceHit surface = HitOf(scene.movers[at.object].parts[at.part], *hit, at.direction);
-    const Pose3& T_world_part = at.snapshot->poses_[at.snapshot->firsts_[at.object] + at.part];
+    const Pose3& T_world_part = snapshots[lane]->poses_[at.index];
     nearest = {.range = hit->range,
                .normal = (T_world_part.rotation() * surface.normal).cast<float>(),
                .triangle = hit->triangle,
@@ -396,9 +457,9 @@ template <std::size_t N>
 unsigned WorldSnapshot::Occluded(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots) {
   const World::Scene& scene = *snapshots.front()->world_->scene_;
   unsigned occluded = scene.tracer.Occluded(rays);
-  VisitMovers(rays, snapshots, [&](const PartRay& at) {
-    const unsigned bit = 1U << at.ray;
-    const double limit = rays.limit[static_cast<std::size_t>(at.ray)];
+  VisitMovers(rays, snapshots, [&](int ray, const PartRay& at) {
+    const unsigned bit = 1U << ray;
+    const double limit = rays.limit[static_cast<std::size_t>(ray)];
     if ((occluded & bit) == 0 &&
         scene.parts[at.object][at.part].mesh.Occluded(at.origin, at.direction, limit))
       occluded |= bit;

@@ -15,6 +15,7 @@
 #include "mlvi/base/time.h"
 #include "mlvi/geometry/pose3.h"
 #include "mlvi/sim/lighting.h"
+#include "mlvi/sim/ray_box.h"
 #include "mlvi/sim/ray_packet.h"
 #include "mlvi/sim/surface_relief.h"
 #include "mlvi/sim/texture.h"
@@ -145,13 +146,23 @@ class WorldSnapshot {
   // T_world_part of a part of a moving object.
   const Pose3& PoseOf(int object, int part) const;
 
-  // Cones of directions that hold all moving parts as seen from within `slack` m of `point`, with
-  // room for beams of 0.01 rad to each side: what misses them all meets nothing that moves.
-  struct Cone {
+  // What a moving part takes up of the view from within `slack` m of a point, with room for beams
+  // of 0.01 rad to each side: a ray from there that misses its cone, or the box in its own frame,
+  // meets nothing of it.
+  struct Obstacle {
     Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
-    double cosine = -1.0;  // of half its opening; -1: all directions
+    double cosine = -1.0;  // of half the cone's opening; -1: all directions
+    Eigen::Matrix3d R_part_world = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d p_part_world = Eigen::Vector3d::Zero();
+    RayBox box;
+
+    bool MayBeMet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+      return axis.dot(direction) >= cosine &&
+             box.MayBeMet(R_part_world * origin + p_part_world, R_part_world * direction);
+    }
   };
-  std::vector<Cone> MovingParts(const Eigen::Vector3d& point, double slack) const;
+  // One for every moving part.
+  std::vector<Obstacle> MovingParts(const Eigen::Vector3d& point, double slack) const;
 
   // The first surface, static or moving.
   std::optional<SurfaceHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -161,8 +172,8 @@ class WorldSnapshot {
   bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                 double max_range) const;
 
-  // Packets of 8 or 16 rays, each at its own instant: `snapshots` are of one world, one for each
-  // ray (that of a ray that is not active may be any). Cast gives the first surface of every active
+  // Packets of 8 or 16 rays, each at its own instant: `snapshots` are of one world (some may be
+  // without its moving objects), one for each ray (that of a ray that is not active may be any). Cast gives the first surface of every active
   // ray, Occluded the bits of those as Occluded of one ray does.
   template <std::size_t N>
   using PerRayOf = std::array<const WorldSnapshot*, N>;
@@ -180,13 +191,14 @@ class WorldSnapshot {
   };
   explicit WorldSnapshot(const World& world) : world_(&world) {}
   WorldSnapshot(const World& world, double seconds);
+  struct PartRay;
   template <typename Visit>
   void VisitMovers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                    double max_range, const Visit& visit) const;
-  struct PartRay;
-  template <std::size_t N>
-  static Sphere BoundOf(std::size_t object, const RayPacketOf<N>& rays,
-                        const PerRayOf<N>& snapshots);
+  std::optional<PartRay> ToPart(std::size_t object, std::size_t part, const Eigen::Vector3d& origin,
+                                const Eigen::Vector3d& direction, double max_range) const;
+  template <std::size_t N, typename SphereAt>
+  static Sphere BoundOf(const PerRayOf<N>& snapshots, unsigned active, const SphereAt& sphere_at);
   template <std::size_t N, typename Visit>
   static void VisitMovers(const RayPacketOf<N>& rays, const PerRayOf<N>& snapshots,
                           const Visit& visit);
