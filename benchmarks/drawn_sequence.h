@@ -24,7 +24,7 @@ struct DrawnSetup : BenchSetup {
   double rate = 15.0;
   std::uint64_t seed = 1;
   std::vector<std::uint64_t> noise_seeds = {1};
-  bool exact = false;
+  bool exact = false, unattended = false;
 };
 
 inline void AddDrawnOptions(CLI::App& app, DrawnSetup& setup) {
@@ -34,6 +34,7 @@ inline void AddDrawnOptions(CLI::App& app, DrawnSetup& setup) {
   app.add_option("--seed", setup.seed, "Of the sequence");
   app.add_option("--noise-seeds", setup.noise_seeds, "Of the IMU and the first state's error")
       ->delimiter(',');
+  app.add_flag("--unattended", setup.unattended, "Nobody carries the rig");
   app.add_flag("--exact", setup.exact, "Cameras are where the rig file has them");
 }
 
@@ -41,6 +42,7 @@ inline SequenceOptions MakeSequence(const DrawnSetup& o, const Rig& rig) {
   SequenceOptions sequence = StandardSequence(o.sequence, rig, o.seconds, o.seed);
   if (o.exact) sequence.rig = MakeSimulatedRig(rig, false, o.seed);
   sequence.rest = o.rest;
+  if (o.unattended) sequence.carried = false;
   sequence.image_rate = o.rate;
   return sequence;
 }
@@ -84,8 +86,9 @@ class ImageFile {
 };
 
 inline std::string CachePath(const DrawnSetup& o, const Rig& rig, std::string_view suffix) {
-  return fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}.{}", o.cache, o.sequence, rig.name,
-                     o.seed, o.seconds, o.rate, o.rest, o.exact ? "-exact" : "", suffix);
+  return fmt::format("{}/{}-{}-{}-{:g}s-{:g}hz-rest{:g}{}{}.{}", o.cache, o.sequence, rig.name,
+                     o.seed, o.seconds, o.rate, o.rest, o.exact ? "-exact" : "",
+                     o.unattended ? "-unattended" : "", suffix);
 }
 
 // Writes a file of the cache, unless it is there already, by `write(stream)`. A file that is there

@@ -284,6 +284,7 @@ nlohmann::ordered_json ToJson(const std::vector<TrackAccuracy::Row>& rows) {
                       {"share", row.share},
                       {"step_px", row.step},
                       {"step_beyond_1", row.step_1},
+                      {"strict_step_beyond_1", row.strict_1},
                       {"median_px", row.median},
                       {"p90_px", row.p90},
                       {"beyond_1", row.beyond_1},
