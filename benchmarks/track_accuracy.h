@@ -6,7 +6,8 @@
 // what moves are told apart. On a pane a track may follow the pane, what is seen through it, or a
 // mirror image (a fixed point behind a plane pane, too), at the rim of a thing this thing or what is
 // behind it, whatever the middle of the window just lies on: the one that it stays nearest to over
-// all its life counts.
+// all its life counts. Tracks that estimators never counted do not count here, of the others all
+// observations do.
 #pragma once
 
 #include <algorithm>
@@ -66,6 +67,7 @@ class TrackAccuracy {
       const PanoramicObservation& o = *seen;
       const auto [entry, is_new] = followed_.try_emplace(track.id);
       Followed& followed = entry->second;
+      followed.trusted = track.trusted();
       if (is_new) {
         followed.kind = KindAt(world, T_world_pano, o);
         followed.first = PointsAt(world, T_world_pano, o);
@@ -85,6 +87,7 @@ class TrackAccuracy {
   std::vector<Row> Rows() const {
     std::array<Collected, kKinds> all;
     for (const auto& [id, followed] : followed_) {
+      if (!followed.trusted) continue;
       const std::size_t candidate = followed.Candidate();
       Add(followed, candidate, all[static_cast<std::size_t>(followed.KindOf(candidate))]);
       Add(followed, candidate, all[kAll]);
@@ -100,13 +103,14 @@ class TrackAccuracy {
  private:
   // The surface, what is behind it, a mirror image; the nearest and the farthest surface around.
   static constexpr std::size_t kCandidates = 5, kOnThePixel = 3;
-  static constexpr double kNothing = 99.0;       // px, where there is no such candidate
-  static constexpr double kFar = 1000.0;         // m, of the sky
+  static constexpr double kNothing = 99.0;  // px, where there is no such candidate
+  static constexpr double kFar = 1000.0;    // m, of the sky
   using Points = std::array<std::optional<Eigen::Vector3d>, kCandidates>;  // world
   using Errors = std::array<double, kCandidates>;                          // px
 
   struct Followed {
     Kind kind = kSurface;
+    bool trusted = false;
     Points first;
     std::deque<Points> last;  // at the last kSpan observations
     std::vector<Errors> whole, errors, steps;
@@ -177,8 +181,7 @@ class TrackAccuracy {
       const auto around = world.Cast(origin, d, kFar);
       double range = kFar;
       if (around) {
-        const double plane =
-            around->range * d.dot(around->normal) / middle.dot(around->normal);
+        const double plane = around->range * d.dot(around->normal) / middle.dot(around->normal);
         range = std::clamp(plane, 0.8 * around->range, 1.25 * around->range);
       }
       if (std::abs(range - own) < 0.05 * own) continue;

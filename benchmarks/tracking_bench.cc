@@ -108,12 +108,13 @@ void Run(const std::vector<int>& counts, int repeats, int threads, PanoramicTrac
 void PrintRows(std::size_t cameras, const std::vector<TrackAccuracy::Row>& rows) {
   for (const TrackAccuracy::Row& row : rows) {
     fmt::print(
-        "| {} | {} | {} | {:.1f} | {:.3f} | {:.2f} | {:.2f} | {:.3f} | {:.2f} | {:.1f} | {:.1f} | {:.2f} | "
+        "| {} | {} | {} | {:.1f} | {:.3f} | {:.2f} | {:.2f} | {:.3f} | {:.2f} | {:.1f} | {:.1f} | "
+        "{:.2f} | "
         "{:.0f} | {:.1f} "
         "|\n",
-        cameras, row.kind, row.tracks, 100.0 * row.share, row.step, 100.0 * row.step_1, 100.0 * row.strict_1, row.median,
-        row.p90, 100.0 * row.beyond_1, 100.0 * row.beyond_3, row.whole_median,
-        100.0 * row.short_lived, 100.0 * row.beyond_1_young);
+        cameras, row.kind, row.tracks, 100.0 * row.share, row.step, 100.0 * row.step_1,
+        100.0 * row.strict_1, row.median, row.p90, 100.0 * row.beyond_1, 100.0 * row.beyond_3,
+        row.whole_median, 100.0 * row.short_lived, 100.0 * row.beyond_1_young);
   }
 }
 
@@ -148,7 +149,8 @@ void RunSequence(const DrawnSetup& setup, const Rig& rig, const VioConfig& confi
   const std::string images = DrawImages(setup, rig);
   const Recording recording(MakeSequence(setup, rig));  // without images
   fmt::print(
-      "| cameras | on | tracks | share, % | step: median, px | > 1 px, % | of what the pixel is on, % | {0} "
+      "| cameras | on | tracks | share, % | step: median, px | > 1 px, % | of what the pixel is "
+      "on, % | {0} "
       "sets: median, px | "
       "p90, "
       "px | > 1 px, % | > 3 px, % | since the start: median, px | tracks that end before {0} sets, "

@@ -6,6 +6,8 @@
 #include <map>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/panorama/outlier_limit.h"
+#include "mlvi/panorama/track_consistency.h"
 
 namespace mlvi {
 namespace {
@@ -38,10 +40,10 @@ PredictedMotion MotionOfCamera(const TrackingHints& hints, FrameId earlier, Fram
   return motion;
 }
 
-// The pixel in which camera `o.camera` sees it now, and how much nearer it is; where it was, when
-// it will be out of sight.
+// The pixel in which camera `o.camera` sees it now, and how much nearer it is; empty, when it will
+// be out of sight.
 struct PredictedView {
-  Eigen::Vector2d pixel;
+  std::optional<Eigen::Vector2d> pixel;
   double nearer = 1.0;
 };
 
@@ -49,8 +51,7 @@ PredictedView PredictView(const PanoramaModel& model, const PanoramicObservation
                           double inverse_depth, const PredictedMotion& motion) {
   const Eigen::Vector3d offset = model.T_pano_camera(o.camera).translation();
   const Eigen::Vector3d ray = PredictedPoint(o, inverse_depth, motion) - inverse_depth * offset;
-  const auto pixel = model.ProjectDirection(o.camera, ray);
-  return {pixel.value_or(o.pixel), 1.0 / ray.norm()};
+  return {model.ProjectDirection(o.camera, ray), 1.0 / ray.norm()};
 }
 
 }  // namespace
@@ -58,9 +59,23 @@ PredictedView PredictView(const PanoramaModel& model, const PanoramicObservation
 void PanoramicTrackerConfig::Declare(ConfigDeclaration& d) {
   d.Field("budget", budget, "", "Features on the whole sphere, whatever the number of cameras",
           {10.0, 10000.0});
+  d.Field("trial", trial, "",
+          "Estimators count a track when it has been followed through so many sets of images",
+          {0.0, 100.0});
+  d.Field("trial_limit_px", trial_limit_px, "px",
+          "Its places must be those of one fixed point to within this", {0.01, 1000.0});
+  d.Field("least_trusted", least_trusted, "",
+          "Trials are as much shorter as needed for so many tracks that count", {0.0, 10000.0});
   d.Field("pixel_sigma", pixel_sigma, "px", "Of tracked positions, one sigma per axis",
           {0.01, 10.0});
   d.Field("max_gap", max_gap, "s", "Tracks of a camera without images end after this", {0.0, 10.0});
+  d.Field("prediction_limit_px", prediction_limit_px, "px",
+          "A track whose depth is known ends where it is found farther than this from where depth "
+          "and motion have it",
+          {0.01, 1000.0});
+  d.Field("prediction_scatter", prediction_scatter, "",
+          "That limit is at least so many times the scatter (one sigma) of all such distances",
+          {1.0, 100.0});
   d.Section("pyramid", pyramid);
   d.Section("flow", flow);
   d.Section("refinement", refinement);
@@ -85,6 +100,7 @@ TrackingSummary PanoramicTracker::Process(FrameId frame, std::span<const Image> 
   Follow(frame, hints, summary);
   RejectOutliers(frame, hints, summary);
   StartTracks(frame, summary);
+  TrustTracks(frame, hints, summary);
   refiner_.Keep(tracks_);
   Advance();
   for (const Track& track : tracks_.tracks()) {
@@ -140,7 +156,8 @@ std::vector<PanoramicTracker::CameraTracks> PanoramicTracker::Predict(
     const double inverse_depth = hints.inverse_depth ? hints.inverse_depth(track.id) : 0.0;
     cameras[camera].ids.push_back(track.id);
     const PredictedView view = PredictView(model_, last, inverse_depth, motion->second);
-    cameras[camera].requests.push_back({last.pixel, view.pixel});
+    cameras[camera].requests.push_back({last.pixel, view.pixel.value_or(last.pixel)});
+    cameras[camera].expected.push_back(inverse_depth > 0.0 ? view.pixel : std::nullopt);
     cameras[camera].changes.push_back({motion->second.R_earlier_current, view.nearer});
   }
   return cameras;
@@ -153,15 +170,17 @@ void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, Trackin
     cameras[i].results = TrackFlow(streams_[i].previous, streams_[i].current, cameras[i].requests,
                                    config_.pyramid, config_.flow);
   });
-  std::vector<RefinementRequest> followed;
+  const bool weighted = config_.refinement.enabled && config_.refinement.usual_sigma > 0.0;
+  std::vector<Followed> followed;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     for (std::size_t i = 0; i < cameras[c].ids.size(); ++i) {
       const FlowResult& result = cameras[c].results[i];
       const bool tracked = result.status == FlowStatus::kTracked;
-      const auto observation =
-          tracked ? model_.Lift(static_cast<int>(c), result.pixel) : std::nullopt;
+      auto observation = tracked ? model_.Lift(static_cast<int>(c), result.pixel) : std::nullopt;
       if (observation) {
-        followed.push_back({cameras[c].ids[i], *observation, cameras[c].changes[i]});
+        if (weighted) observation->sigma_scale = config_.refinement.flow_scale;
+        followed.push_back(
+            {{cameras[c].ids[i], *observation, cameras[c].changes[i]}, cameras[c].expected[i]});
         continue;
       }
       tracks_.End(cameras[c].ids[i]);
@@ -172,20 +191,49 @@ void PanoramicTracker::Follow(FrameId frame, const TrackingHints& hints, Trackin
   Extend(frame, followed, summary);
 }
 
-void PanoramicTracker::Extend(FrameId frame, std::span<const RefinementRequest> followed,
+void PanoramicTracker::Extend(FrameId frame, std::span<const Followed> followed,
                               TrackingSummary& summary) {
+  const std::vector<Refinement> refined = Refine(followed);
+  std::vector<PanoramicObservation> places;
+  for (std::size_t i = 0; i < followed.size(); ++i) {
+    places.push_back(refined[i].observation.value_or(followed[i].request.observation));
+  }
+  const double limit = SurpriseLimit(followed, places);
+  for (std::size_t i = 0; i < followed.size(); ++i) {
+    const auto& expected = followed[i].expected;
+    CameraTracking& camera = summary.cameras[static_cast<std::size_t>(places[i].camera)];
+    const bool surprising = expected && (places[i].pixel - *expected).norm() > limit;
+    if (refined[i].contradicts || surprising) {
+      tracks_.End(followed[i].request.track);
+      ++(refined[i].contradicts ? summary.contradicted : summary.surprising);
+      ++(refined[i].contradicts ? camera.lost : camera.outliers);
+      continue;
+    }
+    tracks_.Extend(followed[i].request.track, frame, places[i]);
+    ++summary.followed;
+    ++camera.followed;
+    if (refined[i].observation) ++summary.refined;
+  }
+}
+
+// px, for tracks whose depth is known.
+double PanoramicTracker::SurpriseLimit(std::span<const Followed> followed,
+                                       std::span<const PanoramicObservation> places) const {
+  std::vector<double> surprises;
+  for (std::size_t i = 0; i < followed.size(); ++i) {
+    if (!followed[i].expected) continue;
+    surprises.push_back((places[i].pixel - *followed[i].expected).norm());
+  }
+  return OutlierLimit(std::move(surprises), config_.prediction_limit_px,
+                      config_.prediction_scatter);
+}
+
+std::vector<Refinement> PanoramicTracker::Refine(std::span<const Followed> followed) {
   std::vector<const ImagePyramid*> images;
   for (const Stream& stream : streams_) images.push_back(&stream.current);
-  const auto refined = refiner_.Refine(model_, followed, images);
-  const bool weighted = config_.refinement.enabled && config_.refinement.usual_sigma > 0.0;
-  for (std::size_t i = 0; i < followed.size(); ++i) {
-    PanoramicObservation by_flow = followed[i].observation;
-    if (weighted) by_flow.sigma_scale = config_.refinement.flow_scale;
-    tracks_.Extend(followed[i].track, frame, refined[i].value_or(by_flow));
-    ++summary.followed;
-    ++summary.cameras[static_cast<std::size_t>(followed[i].observation.camera)].followed;
-    if (refined[i]) ++summary.refined;
-  }
+  std::vector<RefinementRequest> requests;
+  for (const Followed& track : followed) requests.push_back(track.request);
+  return refiner_.Refine(model_, requests, images);
 }
 
 void PanoramicTracker::RejectOutliers(FrameId frame, const TrackingHints& hints,
@@ -221,13 +269,7 @@ void PanoramicTracker::RejectOutliers(FrameId frame, const TrackingHints& hints,
         group.pairs, motion.R_earlier_current, motion.t_earlier_current, config_.outliers);
     for (std::size_t i = 0; i < group.ids.size(); ++i) {
       if (result.inliers[i] != 0) continue;
-      CameraTracking& camera =
-          summary.cameras[static_cast<std::size_t>(tracks_.Find(group.ids[i])->last().camera)];
-      tracks_.RejectLast(group.ids[i]);
-      ++summary.outliers;
-      --summary.followed;
-      ++camera.outliers;
-      --camera.followed;
+      RejectNewest(group.ids[i], summary.outliers, summary);
     }
   }
 }
@@ -247,11 +289,74 @@ void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
   });
   NoteBarrenCells(wanted, corners);
   for (const PanoramicObservation& observation : budget_.Select(model_, corners, features)) {
-    const TrackId track = tracks_.Start(frame, observation);
+    const TrackId track = tracks_.Start(frame, observation, /*on_trial=*/true);
     refiner_.Start(track, observation,
                    streams_[static_cast<std::size_t>(observation.camera)].current);
     ++summary.started;
   }
+}
+
+// Most tracks that follow something else than a point of the scene (a crossing of near and far, a
+// person) are lost or found out within a few sets of images, but not within the first one.
+void PanoramicTracker::TrustTracks(FrameId frame, const TrackingHints& hints,
+                                   TrackingSummary& summary) {
+  std::vector<TrackId> on_trial;
+  std::vector<int> of_length(static_cast<std::size_t>(config_.trial) + 1);  // by observations - 1
+  for (const Track& track : tracks_.tracks()) {
+    if (!track.alive || track.last_frame() != frame) continue;
+    if (track.trusted()) {
+      ++summary.trusted;
+      continue;
+    }
+    on_trial.push_back(track.id);
+    ++of_length[std::min(track.observations.size(), of_length.size()) - 1];
+  }
+  std::size_t needed = of_length.size();  // observations
+  for (int trusted = summary.trusted; needed > 1; --needed) {
+    trusted += of_length[needed - 1];
+    if (trusted >= config_.least_trusted) break;
+  }
+  for (const TrackId id : on_trial) {
+    const Track& track = *tracks_.Find(id);
+    if (track.observations.size() < needed) continue;
+    if (IsOnFixedPoint(track, hints)) {
+      tracks_.Trust(id, frame);
+      ++summary.trusted;
+    } else {
+      RejectNewest(id, summary.inconsistent, summary);
+    }
+  }
+}
+
+bool PanoramicTracker::IsOnFixedPoint(const Track& track, const TrackingHints& hints) const {
+  const std::vector<Ray> rays = RaysOf(track, hints);
+  return rays.size() < 3 || LargestMiss(rays) <= config_.trial_limit_px;
+}
+
+// Ends a track whose newest observation is an outlier.
+void PanoramicTracker::RejectNewest(TrackId id, int& reason, TrackingSummary& summary) {
+  CameraTracking& camera =
+      summary.cameras[static_cast<std::size_t>(tracks_.Find(id)->last().camera)];
+  tracks_.RejectLast(id);
+  ++reason;
+  --summary.followed;
+  ++camera.outliers;
+  --camera.followed;
+}
+
+// Of all observations for which the motion since then is known, in the newest pano frame; sigmas
+// are those of a pixel.
+std::vector<Ray> PanoramicTracker::RaysOf(const Track& track, const TrackingHints& hints) const {
+  std::vector<Ray> rays;
+  for (const TrackObservation& o : track.observations) {
+    const PredictedMotion motion = hints.motion(o.frame);
+    if (!motion.t_earlier_current) continue;
+    const Pose3 T = Pose3(motion.R_earlier_current, *motion.t_earlier_current).inverse() *
+                    ImagePlace(hints, o.frame, o.observation.camera);
+    rays.push_back({T * o.observation.center, T.rotation() * o.observation.bearing,
+                    1.0 / o.observation.resolution()});
+  }
+  return rays;
 }
 
 // Cells in which nothing was found, and those that have a feature already, are looked at in turn,

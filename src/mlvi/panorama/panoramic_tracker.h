@@ -17,8 +17,13 @@ namespace mlvi {
 
 struct PanoramicTrackerConfig {
   int budget = 250;
+  int trial = 3;
+  double trial_limit_px = 0.7;
+  int least_trusted = 100;
   double pixel_sigma = 0.5;
   double max_gap = 1.0;
+  double prediction_limit_px = 1.0;
+  double prediction_scatter = 4.0;
   PyramidConfig pyramid;
   FlowConfig flow;
   RefinementConfig refinement;
@@ -48,24 +53,29 @@ struct TrackingHints {
 // The share of one camera.
 struct CameraTracking {
   int followed = 0;
-  int lost = 0;  // round trips included
-  int outliers = 0;
+  int lost = 0;      // round trips and contradictions included
+  int outliers = 0;  // against motion and depths: surprising and inconsistent ones included
   int alive = 0;
 };
 
 struct TrackingSummary {
-  int followed = 0;    // tracks that got an observation
-  int refined = 0;     // of these, aligned with the window of an earlier image
-  int lost = 0;        // no texture, left the picture or what is usable of it
-  int round_trip = 0;  // tracking back ended elsewhere
-  int outliers = 0;    // against the common motion
+  int followed = 0;      // tracks that got an observation
+  int refined = 0;       // of these, aligned with the window of an earlier image
+  int lost = 0;          // no texture, left the picture or what is usable of it
+  int round_trip = 0;    // tracking back ended elsewhere
+  int contradicted = 0;  // flow and alignment disagree
+  int surprising = 0;    // not where depth and motion have them
+  int inconsistent = 0;  // on no fixed point while on trial
+  int outliers = 0;      // against the common motion
   int started = 0;
+  int trusted = 0;  // tracks with an observation that estimators count
   std::vector<CameraTracking> cameras;
 };
 
 // From the images of all cameras to the tracks of the sphere: flow from predicted places,
 // forward-backward check, alignment with the window of the first image, one RANSAC, new features in
-// empty cells. Cameras run in parallel and may come and go: one without an image keeps its tracks
+// empty cells. Tracks are on trial first: what follows no point of the scene is found out within a
+// few sets. Cameras run in parallel and may come and go: one without an image keeps its tracks
 // for `max_gap`.
 class PanoramicTracker {
  public:
@@ -94,16 +104,30 @@ class PanoramicTracker {
     std::vector<TrackId> ids;
     std::vector<FlowRequest> requests;
     std::vector<ViewChange> changes;
+    std::vector<std::optional<Eigen::Vector2d>> expected;  // px, where the depth is known
     std::vector<FlowResult> results;
+  };
+
+  // A track that flow has followed.
+  struct Followed {
+    RefinementRequest request;
+    std::optional<Eigen::Vector2d> expected;
   };
 
   void BuildPyramids(std::span<const Image> images);
   void EndStaleTracks();
   std::vector<CameraTracks> Predict(FrameId frame, const TrackingHints& hints) const;
   void Follow(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
-  void Extend(FrameId frame, std::span<const RefinementRequest> followed, TrackingSummary& summary);
+  void Extend(FrameId frame, std::span<const Followed> followed, TrackingSummary& summary);
+  double SurpriseLimit(std::span<const Followed> followed,
+                       std::span<const PanoramicObservation> places) const;
+  std::vector<Refinement> Refine(std::span<const Followed> followed);
   void RejectOutliers(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
   void StartTracks(FrameId frame, TrackingSummary& summary);
+  void TrustTracks(FrameId frame, const TrackingHints& hints, TrackingSummary& summary);
+  bool IsOnFixedPoint(const Track& track, const TrackingHints& hints) const;
+  void RejectNewest(TrackId id, int& reason, TrackingSummary& summary);
+  std::vector<Ray> RaysOf(const Track& track, const TrackingHints& hints) const;
   std::vector<std::uint8_t> CellsDue(FrameId frame,
                                      std::span<const Eigen::Vector3d> features) const;
   void NoteBarrenCells(std::span<const std::uint8_t> looked_at,

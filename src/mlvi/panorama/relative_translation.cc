@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "mlvi/base/random.h"
+#include "mlvi/panorama/outlier_limit.h"
 
 namespace mlvi {
 namespace {
@@ -69,7 +70,7 @@ class Estimator {
 
   RelativeTranslation Run(const std::optional<Eigen::Vector3d>& predicted) {
     Try(Eigen::Vector3d::Zero());
-    best_.score -= kRestBonus * CountInliers();
+    best_.score -= RestBonus();
     if (predicted) Try(*predicted);
     const double length = predicted && predicted->norm() > kNoBaseline
                               ? predicted->norm()
@@ -84,6 +85,8 @@ class Estimator {
         needed = std::min(needed, IterationsNeeded());
       }
     }
+    Refine();
+    Tighten();
     Refine();
     return Finish();
   }
@@ -137,6 +140,25 @@ class Estimator {
     return static_cast<int>(
         std::count_if(constraints_.begin(), constraints_.end(),
                       [&](const Constraint& constraint) { return IsInlier(constraint); }));
+  }
+
+  // Samples are judged by the limit that serves the worst images; what is an inlier then follows the
+  // scatter of these pairs.
+  void Tighten() {
+    std::vector<double> errors;
+    for (const Constraint& constraint : constraints_) {
+      errors.push_back(
+          std::sqrt(SquaredError(constraint, best_.t_first_second, config_.min_depth)));
+    }
+    const double limit =
+        OutlierLimit(std::move(errors), config_.least_sigmas, config_.scatter_factor);
+    limit_ = std::min(limit_, limit * limit);
+    best_.score = std::numeric_limits<double>::infinity();
+    best_.score = Score(best_.t_first_second) - RestBonus();
+  }
+
+  double RestBonus() const {
+    return best_.t_first_second.isZero(0.0) ? kRestBonus * CountInliers() : 0.0;
   }
 
   // So many that one sample of three has been free of outliers with the confidence wanted.
@@ -200,6 +222,11 @@ class Estimator {
 void RelativeTranslationConfig::Declare(ConfigDeclaration& d) {
   d.Field("inlier_sigmas", inlier_sigmas, "", "Largest error of an inlier, in sigmas of bearings",
           {0.5, 20.0});
+  d.Field("scatter_factor", scatter_factor, "",
+          "It follows the scatter of the pairs: so many times one sigma of it, within these limits",
+          {1.0, 100.0});
+  d.Field("least_sigmas", least_sigmas, "", "The least that this limit may be, in sigmas",
+          {0.01, 20.0});
   d.Field("min_depth", min_depth, "m", "Nearer points than this do not exist", {0.0, 10.0});
   d.Field("nominal_translation", nominal_translation, "m",
           "Length of the translation where neither prediction nor cameras tell it", {1e-3, 10.0});

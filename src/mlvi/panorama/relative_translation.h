@@ -32,6 +32,8 @@ struct RayPair {
 
 struct RelativeTranslationConfig {
   double inlier_sigmas = 3.0;
+  double least_sigmas = 1.0;
+  double scatter_factor = 4.0;
   double min_depth = 0.2;
   double nominal_translation = 0.1;
   double max_translation = 2.0;

@@ -45,6 +45,9 @@ void RefinementConfig::Declare(ConfigDeclaration& d) {
   d.Field("flow_scale", flow_scale, "",
           "Uncertainty, in units of the usual one, where alignment fails and flow is believed",
           {0.1, 100.0});
+  d.Field("max_disagreement_px", max_disagreement_px, "px",
+          "A track ends where its window is found farther than this from where flow went",
+          {0.01, 20.0});
   d.Section("patch", patch);
 }
 
@@ -60,10 +63,10 @@ void TrackRefiner::Start(TrackId track, const PanoramicObservation& observation,
   if (config_.enabled) references_[track] = Cut(observation, image);
 }
 
-std::vector<std::optional<PanoramicObservation>> TrackRefiner::Refine(
-    const PanoramaModel& model, std::span<const RefinementRequest> requests,
-    std::span<const ImagePyramid* const> images) {
-  std::vector<std::optional<PanoramicObservation>> refined(requests.size());
+std::vector<Refinement> TrackRefiner::Refine(const PanoramaModel& model,
+                                             std::span<const RefinementRequest> requests,
+                                             std::span<const ImagePyramid* const> images) {
+  std::vector<Refinement> refined(requests.size());
   if (!config_.enabled) return refined;
   std::vector<std::optional<Reference>*> references;
   for (const RefinementRequest& request : requests)
@@ -75,12 +78,12 @@ std::vector<std::optional<PanoramicObservation>> TrackRefiner::Refine(
   return refined;
 }
 
-std::optional<PanoramicObservation> TrackRefiner::RefineOne(
-    const PanoramaModel& model, const RefinementRequest& request, const ImagePyramid& image,
-    std::optional<Reference>& reference) const {
+Refinement TrackRefiner::RefineOne(const PanoramaModel& model, const RefinementRequest& request,
+                                   const ImagePyramid& image,
+                                   std::optional<Reference>& reference) const {
   if (!reference) {
     reference = Cut(request.observation, image);
-    return std::nullopt;
+    return {};
   }
   reference->R_reference_last = reference->R_reference_last * request.change.R_last_current;
   reference->nearer *= request.change.nearer;
@@ -102,7 +105,9 @@ std::optional<PanoramicObservation> TrackRefiner::RefineOne(
   } else {
     reference->correction = predicted.inverse() * match->warp;
   }
-  return refined;
+  const bool contradicts =
+      found && (match->pixel - request.observation.pixel).norm() > config_.max_disagreement_px;
+  return {.observation = refined, .contradicts = contradicts};
 }
 
 void TrackRefiner::Keep(const TrackStore& tracks) {

@@ -19,6 +19,7 @@ struct RefinementConfig {
   double renew_correlation = 0.9;
   double usual_sigma = 0.06;
   double flow_scale = 2.0;
+  double max_disagreement_px = 0.8;
   PatchConfig patch;
   void Declare(ConfigDeclaration& d);
 };
@@ -36,6 +37,15 @@ struct RefinementRequest {
   ViewChange change;
 };
 
+// What alignment says of a place found by flow.
+struct Refinement {
+  // On the spot where the window says; empty where it cannot tell, and flow has to be believed.
+  std::optional<PanoramicObservation> observation;
+  // The window is there, but farther from where flow went than both err: at a rim they follow
+  // different surfaces, on a pane what is behind it and what is mirrored.
+  bool contradicts = false;
+};
+
 // Keeps tracks on their points: flow from image to image errs anew in each, so every track is
 // aligned with the window that it had when it was first seen, warped as rotation and lens have it
 // and as the surface has turned out to be.
@@ -46,11 +56,10 @@ class TrackRefiner {
 
   // Cuts the window of a new track.
   void Start(TrackId track, const PanoramicObservation& observation, const ImagePyramid& image);
-  // Observations on the spot where the window says, one per request and in their order; empty where
-  // it cannot tell, and flow has to be believed. `images`: per camera.
-  std::vector<std::optional<PanoramicObservation>> Refine(
-      const PanoramaModel& model, std::span<const RefinementRequest> requests,
-      std::span<const ImagePyramid* const> images);
+  // One per request and in their order. `images`: per camera.
+  std::vector<Refinement> Refine(const PanoramaModel& model,
+                                 std::span<const RefinementRequest> requests,
+                                 std::span<const ImagePyramid* const> images);
   // Forgets windows of tracks that are no longer followed.
   void Keep(const TrackStore& tracks);
 
@@ -64,10 +73,8 @@ class TrackRefiner {
     Eigen::Matrix2d correction = Eigen::Matrix2d::Identity();
   };
 
-  std::optional<PanoramicObservation> RefineOne(const PanoramaModel& model,
-                                                const RefinementRequest& request,
-                                                const ImagePyramid& image,
-                                                std::optional<Reference>& reference) const;
+  Refinement RefineOne(const PanoramaModel& model, const RefinementRequest& request,
+                       const ImagePyramid& image, std::optional<Reference>& reference) const;
   std::optional<Reference> Cut(const PanoramicObservation& observation,
                                const ImagePyramid& image) const;
 

@@ -29,10 +29,20 @@ Track& TrackStore::Get(TrackId id) {
   return *track;
 }
 
-TrackId TrackStore::Start(FrameId frame, const PanoramicObservation& observation) {
+TrackId TrackStore::Start(FrameId frame, const PanoramicObservation& observation, bool on_trial) {
   const TrackId id(next_id_++);
-  tracks_.push_back({.id = id, .observations = {{frame, observation}}});
+  tracks_.push_back({.id = id,
+                     .trusted_since = on_trial ? FrameId() : frame,
+                     .observations = {{frame, observation}}});
   return id;
+}
+
+void TrackStore::Trust(TrackId id, FrameId frame) {
+  Track& track = Get(id);
+  MLVI_CHECK(!track.trusted() && track.last_frame() == frame,
+             "track {}, last seen in frame {}, trusted since {}: trusted in {}", id.value(),
+             track.last_frame().value(), track.trusted_since.value(), frame.value());
+  track.trusted_since = frame;
 }
 
 void TrackStore::Extend(TrackId id, FrameId frame, const PanoramicObservation& observation) {

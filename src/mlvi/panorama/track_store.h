@@ -23,10 +23,13 @@ struct TrackObservation {
 struct Track {
   TrackId id;
   bool alive = true;  // still followed
+  // From when on estimators count it, all of its observations; invalid while it is on trial.
+  FrameId trusted_since;
   std::vector<TrackObservation> observations;
 
   const PanoramicObservation& last() const { return observations.back().observation; }
   FrameId last_frame() const { return observations.back().frame; }
+  bool trusted() const { return trusted_since.valid(); }
   // The number of different frames.
   int frames() const;
 };
@@ -36,8 +39,10 @@ struct Track {
 // frames that leave its window.
 class TrackStore {
  public:
-  // Starts a track; ids count up and are never used again.
-  TrackId Start(FrameId frame, const PanoramicObservation& observation);
+  // Starts a track, trusted unless `on_trial`; ids count up and are never used again.
+  TrackId Start(FrameId frame, const PanoramicObservation& observation, bool on_trial = false);
+  // Ends the trial of a track with an observation in `frame`, the newest.
+  void Trust(TrackId id, FrameId frame);
   // Adds an observation to a living track. Frames must not fall; a second camera may see it in the
   // same frame.
   void Extend(TrackId id, FrameId frame, const PanoramicObservation& observation);

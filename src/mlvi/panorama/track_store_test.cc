@@ -34,6 +34,18 @@ TEST(TrackStore, KeepsEndedTracksUntilTheirFramesAreForgotten) {
   EXPECT_GT(store.Start(FrameId(3), At(0.0)), b);  // ids are never used again
 }
 
+TEST(TrackStore, ATrialEndsOnceInTheNewestFrame) {
+  TrackStore store;
+  EXPECT_EQ(store.Find(store.Start(FrameId(1), At(1.0)))->trusted_since, FrameId(1));
+  const TrackId a = store.Start(FrameId(1), At(1.0), /*on_trial=*/true);
+  EXPECT_FALSE(store.Find(a)->trusted());
+  store.Extend(a, FrameId(2), At(2.0));
+  EXPECT_THROW(store.Trust(a, FrameId(1)), ContractViolation);
+  store.Trust(a, FrameId(2));
+  EXPECT_EQ(store.Find(a)->trusted_since, FrameId(2));
+  EXPECT_THROW(store.Trust(a, FrameId(2)), ContractViolation);
+}
+
 TEST(TrackStore, ForgettingAFrameInTheMiddleLeavesTheRest) {
   TrackStore store;
   const TrackId a = store.Start(FrameId(1), At(1.0));

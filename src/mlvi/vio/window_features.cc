@@ -73,11 +73,14 @@ Pose3 BodyAtImage(const VioWindow& window, FrameId frame, int camera) {
 void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks) {
   for (WindowFeature& feature : window.features) feature.alive = false;
   for (const Track& track : tracks.tracks()) {
-    if (!track.alive && track.last_frame() != frame) continue;
+    if (!track.trusted() || (!track.alive && track.last_frame() != frame)) continue;
+    const bool newly_trusted = track.trusted_since == frame;
     WindowFeature& feature = FeatureOf(window.features, track.id);
     feature.alive = track.alive;
     for (const TrackObservation& o : track.observations) {
-      if (o.frame == frame) feature.observations.push_back({o.frame, o.observation});
+      if (o.frame == frame || (newly_trusted && window.FindFrame(o.frame) >= 0)) {
+        feature.observations.push_back({o.frame, o.observation});
+      }
     }
   }
   std::erase_if(window.features, [](const WindowFeature& f) { return f.observations.empty(); });

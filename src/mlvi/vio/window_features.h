@@ -13,7 +13,8 @@ namespace mlvi {
 // T_world_body at the instant of the image of one camera in `frame`, as estimated.
 Pose3 BodyAtImage(const VioWindow& window, FrameId frame, int camera);
 
-// Takes over what the tracks saw in `frame`, which must be in the window.
+// Takes over what the tracks saw in `frame`, which must be in the window; of those trusted since
+// then what they saw in the window's earlier frames, too.
 void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks);
 
 // Depths of features that have none yet: by triangulation where the parallax suffices, else

@@ -313,6 +313,37 @@ TEST(MarginalizationTest, NeverGainsInformation) {
 
 // Of features that are thrown out, only those whose track lives are told: others may have been
 // forgotten by the tracker, as in a window of a rig that stands for long.
+// A track on trial is not counted; when it is trusted, all that it saw in frames of the window is,
+// once.
+TEST(WindowFeaturesTest, TrustedTracksBringWhatTheySawBefore) {
+  VioWindow window;
+  TrackStore tracks;
+  PanoramicObservation seen;
+  seen.camera = 0;
+  const TrackId known = tracks.Start(FrameId(1), seen);
+  const TrackId young = tracks.Start(FrameId(1), seen, /*on_trial=*/true);
+  for (int frame = 1; frame <= 5; ++frame) {
+    if (frame == 2) {
+      window.frames.erase(window.frames.begin());  // 1 has left
+    }
+    window.frames.push_back({.id = FrameId(frame)});
+    if (frame > 1) {
+      tracks.Extend(known, FrameId(frame), seen);
+      tracks.Extend(young, FrameId(frame), seen);
+    }
+    if (frame == 4) tracks.Trust(young, FrameId(frame));
+    AddObservations(window, FrameId(frame), tracks);
+    EXPECT_EQ(window.features.size(), frame < 4 ? 1U : 2U);
+  }
+  ASSERT_EQ(window.features.size(), 2U);
+  EXPECT_EQ(window.features[0].track, known);
+  EXPECT_EQ(window.features[0].observations.size(), 5U);
+  EXPECT_EQ(window.features[1].track, young);
+  std::vector<FrameId> frames;
+  for (const WindowObservation& o : window.features[1].observations) frames.push_back(o.frame);
+  EXPECT_EQ(frames, (std::vector<FrameId>{FrameId(2), FrameId(3), FrameId(4), FrameId(5)}));
+}
+
 TEST(WindowFeaturesTest, OutliersGoAndTheirLivingTracksAreTold) {
   WindowConfig config;
   Scene scene(config, 12);
