@@ -169,9 +169,9 @@ void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFac
 Expected<int> Run(const RunOptions& options) {
   const Expected<SlamConfig> config = ResolveConfig(options);
   if (!config) return tl::unexpected(config.error());
-  const Expected<Rig> selected = LoadRig(options.rig).and_then([&](const Rig& whole) {
-    return SelectSensors(whole, options.cameras, options.no_lidar);
-  });
+  const Expected<Rig> whole = LoadRig(options.rig);
+  if (!whole) return tl::unexpected(whole.error());
+  const Expected<Rig> selected = SelectSensors(*whole, options.cameras, options.no_lidar);
   if (!selected) return tl::unexpected(selected.error());
   if (const auto fits = CheckRig(*config, *selected); !fits) return tl::unexpected(fits.error());
   auto source =
@@ -186,9 +186,13 @@ Expected<int> Run(const RunOptions& options) {
   const ThreadLimit threads(options.threads);
   Slam slam(*config, rig);
   Estimate(**source, *config, slam, facts);
-  const Rig calibrated = slam.visual() ? CalibratedRig(rig, slam.visual()->calibration()) : rig;
-  const auto written = outputs.Write(
-      slam, calibrated, MakeSummary(facts, slam, calibrated, config->visual.vio.window));
+  // For the next run, sensors that did not take part stay in the rig file.
+  const auto calibrated = [&](const Rig& of) {
+    return slam.visual() ? CalibratedRig(of, rig.CameraNames(), slam.visual()->calibration()) : of;
+  };
+  const auto written =
+      outputs.Write(slam, calibrated(*whole),
+                    MakeSummary(facts, slam, calibrated(rig), config->visual.vio.window));
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
   PrintReport(options, slam, facts);
   if (!written) return tl::unexpected(written.error());

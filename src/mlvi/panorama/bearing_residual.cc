@@ -27,6 +27,7 @@ void KeepNormalToPlane(const PanoramicObservation& observation, PanoramicRay& ra
   if (normal.norm() < kThroughCenter) return;
   const Eigen::Vector3d n = normal.normalized();
   ray.weight = (ray.weight * n * n.transpose()).eval();
+  ray.freedom = 1;
 }
 
 // S u_s: from |u_s| = r follows u_s . du_s = 0, and with it the derivative of lambda in Eq. (2).

@@ -20,6 +20,7 @@ struct PanoramicRay {
   // Maps differences of unit directions at `direction` to pixels; constant, so that changes of
   // extrinsics leave it.
   Eigen::Matrix<double, 2, 3> weight = Eigen::Matrix<double, 2, 3>::Zero();
+  int freedom = 2;  // rank of `weight`: of so many directions a residual tells
   // Derivatives by the pose chart of T_pano_camera (BoxPlus: translation, rotation).
   Eigen::Matrix<double, 3, 6> d_origin = Eigen::Matrix<double, 3, 6>::Zero();
   Eigen::Matrix<double, 3, 6> d_direction = Eigen::Matrix<double, 3, 6>::Zero();

@@ -40,7 +40,8 @@ std::vector<ImageSet> ImageSetBuilder::Push(Image image) {
   Stream& stream = streams_[static_cast<std::size_t>(image.camera)];
   MLVI_CHECK(!stream.newest.valid() || image.stamp > stream.newest, "camera {}: {} after {}",
              image.camera, ToString(image.stamp), ToString(stream.newest));
-  if (stream.newest.valid())
+  // An image that comes twice, with another stamp, tells nothing about the period.
+  if (stream.newest.valid() && image.stamp - stream.newest > tolerance_)
     stream.period = UpdatedPeriod(stream.period, image.stamp - stream.newest);
   stream.newest = image.stamp;
   if (!first_.valid()) first_ = image.stamp;
@@ -77,8 +78,9 @@ ImageSetBuilder::Pending& ImageSetBuilder::SetOf(const Image& image) {
     Pending& pending = pending_[i];
     const Duration span =
         std::max(pending.set.stamp, image.stamp) - std::min(pending.first, image.stamp);
-    const bool before_next = i + 1 == pending_.size() || image.stamp < pending_[i + 1].first;
-    if (span <= reach && before_next && !Holds(pending.set, image.camera)) return pending;
+    const bool between = (i == 0 || image.stamp > pending_[i - 1].set.stamp) &&
+                         (i + 1 == pending_.size() || image.stamp < pending_[i + 1].first);
+    if (span <= reach && between && !Holds(pending.set, image.camera)) return pending;
   }
   return BeginSet(image);
 }
@@ -88,15 +90,16 @@ ImageSetBuilder::Pending& ImageSetBuilder::BeginSet(const Image& image) {
   const auto behind =
       std::upper_bound(pending_.begin(), pending_.end(), image.stamp,
                        [](Time t, const Pending& pending) { return t < pending.first; });
-  const auto place = behind - pending_.begin();
-  Pending& begun = *pending_.insert(behind, Pending{.first = image.stamp, .set = {}});
-  if (place == 0) return begun;
-  Pending before;
-  for (Image& other : pending_[static_cast<std::size_t>(place) - 1].set.images) {
-    (other.stamp < image.stamp ? before : begun).Add(std::move(other));
+  const auto place = static_cast<std::size_t>(behind - pending_.begin());
+  Pending begun{.first = image.stamp, .set = {}}, before;
+  if (place > 0) {
+    for (Image& other : pending_[place - 1].set.images) {
+      (other.stamp < image.stamp ? before : begun).Add(std::move(other));
+    }
+    pending_[place - 1] = std::move(before.set.images.empty() ? begun : before);
+    if (pending_[place - 1].first == image.stamp) return pending_[place - 1];
   }
-  pending_[static_cast<std::size_t>(place) - 1] = std::move(before);
-  return begun;
+  return *pending_.insert(behind, std::move(begun));
 }
 
 void ImageSetBuilder::Pending::Add(Image image) {

@@ -199,6 +199,20 @@ TEST_F(ImageSets, ASlowCameraThatRunsFreelyJoinsEverySecondSet) {
   }
 }
 
+// It comes again 2 ms later with a stamp of its own, between those of two cameras: sets stay in
+// order (checked by Run), and the next ones as they were.
+TEST_F(ImageSets, ADoubleImageIsASetOfItsOwn) {
+  for (int i = 0; i < 60; ++i) {
+    Send(0, 0.1 * i);
+    if (i == 30) Send(0, 0.1 * i + 0.002);
+    Send(1, 0.1 * i + 0.004);
+    Send(2, 0.1 * i + 0.03);
+  }
+  const auto counts = Count(Run(3));
+  EXPECT_GE(counts.at({0, 1, 2}), 58);
+  EXPECT_THAT(late_, ElementsAre(0, 0, 0));
+}
+
 // Stamps that jump about must not make sets overlap or lose images.
 TEST_F(ImageSets, StayInOrderWithIrregularStamps) {
   RandomStream random(3);

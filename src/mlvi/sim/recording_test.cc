@@ -114,6 +114,15 @@ TEST(Recording, TakesImagesAtTheRatesAndStampsOfTheRig) {
   }
 }
 
+TEST(Recording, CamerasMayBeTriggeredLater) {
+  SequenceOptions options = StandardSequence("courtyard-easy", WithCameras(), 0.5);
+  options.cameras = {"cam0", "cam1"};
+  options.faults.triggers["cam1"] = 0.03;
+  const Recording recording(options);
+  EXPECT_EQ(recording.cameras()[1].TimeOf(0) - recording.cameras()[0].TimeOf(0),
+            Duration::FromMilliseconds(30));
+}
+
 // cam0 dies, cam1 freezes, its lens is dirty, exposures jump.
 TEST(Recording, CamerasFailAsOrdered) {
   SequenceOptions options = StandardSequence("courtyard-easy", WithCameras(), 1.0);
@@ -367,6 +376,9 @@ TEST(CheckOptions, NamesWhatIsWrong) {
   EXPECT_THROW(Recording recording(options), ContractViolation);
   options = StandardSequence("courtyard-easy", WithCameras());
   options.cameras = {"cam0", "cam7"};
+  EXPECT_THAT(CheckOptions(options).error().message, ::testing::HasSubstr("cam0, cam1"));
+  options.cameras = {"cam0"};
+  options.faults.triggers["cam7"] = 0.03;
   EXPECT_THAT(CheckOptions(options).error().message, ::testing::HasSubstr("cam0, cam1"));
 }
 

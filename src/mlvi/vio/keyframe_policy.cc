@@ -14,6 +14,16 @@ const WindowObservation* ObservationIn(const WindowFeature& feature, FrameId fra
   return nullptr;
 }
 
+// By camera: whether anything was seen by it in `frame`.
+std::vector<bool> LookingCameras(const VioWindow& window, FrameId frame) {
+  std::vector<bool> looking(window.calibration.T_pano_camera.size(), false);
+  for (const WindowFeature& feature : window.features) {
+    const WindowObservation* o = ObservationIn(feature, frame);
+    if (o != nullptr) looking[static_cast<std::size_t>(o->observation.camera)] = true;
+  }
+  return looking;
+}
+
 const WindowFrame& NewestKeyframe(const VioWindow& window) {
   for (std::size_t i = window.frames.size() - 1; i-- > 0;) {
     if (window.frames[i].keyframe) return window.frames[i];
@@ -36,15 +46,19 @@ void KeyframeConfig::Declare(ConfigDeclaration& d) {
 FrameNovelty CompareWithKeyframe(const VioWindow& window) {
   const WindowFrame& newest = window.frames.back();
   const WindowFrame& keyframe = NewestKeyframe(window);
+  const Eigen::Quaterniond& R_body_pano = window.calibration.T_body_pano.rotation();
   const Eigen::Quaterniond R_keyframe_newest =
-      keyframe.state.T_world_body.rotation().conjugate() * newest.state.T_world_body.rotation();
+      (keyframe.state.T_world_body.rotation() * R_body_pano).conjugate() *
+      (newest.state.T_world_body.rotation() * R_body_pano);
+  const std::vector<bool> looking = LookingCameras(window, newest.id);
   double sum = 0.0;
   int seen = 0, common = 0;
   for (const WindowFeature& feature : window.features) {
     const WindowObservation* before = ObservationIn(feature, keyframe.id);
     if (before == nullptr) continue;
-    ++seen;
     const WindowObservation* now = ObservationIn(feature, newest.id);
+    // One without an image in the newest set has lost nothing.
+    if (looking[static_cast<std::size_t>(before->observation.camera)]) ++seen;
     if (now == nullptr) continue;
     ++common;
     const Eigen::Vector3d turned = R_keyframe_newest * now->observation.bearing;

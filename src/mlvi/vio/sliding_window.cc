@@ -68,7 +68,10 @@ void SlidingWindow::Start(const FrameImages& images, const OdometryEstimate& sta
   Matrix15d covariance = by_error * state.covariance * by_error.transpose();
   covariance = (0.5 * (covariance + covariance.transpose())).eval();
   covariance.diagonal() = covariance.diagonal().cwiseMax(SmallestVariance()).eval();
-  window_.prior = FirstPrior(window_, covariance);
+  const bool known = believed_covariance_.size() > 0;
+  window_.prior = FirstPrior(
+      window_, covariance,
+      known ? KnowledgeOf(window_, config_, believed_covariance_) : CalibrationKnowledge());
   AddObservations(window_, images.frame, tracks);
   InitializeDepths(window_, config_);
 }
@@ -144,7 +147,7 @@ WindowEstimate SlidingWindow::Solve() {
   return estimate;
 }
 
-void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estimate) const {
+void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estimate) {
   const WindowLayout layout = window_.Layout(config_);
   const int count = static_cast<int>(window_.frames.size());
   const int frames = std::min(count, 2), first = layout.frame(count - frames);
@@ -157,9 +160,10 @@ void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estim
   const int last = layout.frame(count - 1);
   const Matrix15d marginal = columns->block<15, 15>(last, last - first);
   estimate.newest.covariance = J * (0.5 * (marginal + marginal.transpose())) * J.transpose();
-  estimate.deviation = DeviationFromNominal(
-      window_.calibration, window_.nominal, layout,
-      columns->bottomRightCorner(layout.calibration_size(), layout.calibration_size()));
+  newest_covariance_ =
+      columns->bottomRightCorner(layout.calibration_size(), layout.calibration_size());
+  estimate.deviation =
+      DeviationFromNominal(window_.calibration, window_.nominal, layout, newest_covariance_);
   if (frames < 2) return;
   const WindowFrame& before = window_.frames[static_cast<std::size_t>(count) - 2];
   const Eigen::MatrixXd joint = columns->block<30, 30>(first, 0);
@@ -179,6 +183,7 @@ void SlidingWindow::Report(const WindowSolution& solution, WindowEstimate& estim
 
 std::vector<TrackId> SlidingWindow::Slide() {
   believed_ = window_.calibration;
+  believed_covariance_ = newest_covariance_;
   const std::vector<TrackId> outliers = RemoveOutliers(window_, config_);
   window_.frames.back().keyframe = IsKeyframe(window_, keyframes_);
   const std::size_t count = window_.frames.size();

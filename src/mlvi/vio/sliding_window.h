@@ -46,7 +46,8 @@ class SlidingWindow {
 
   bool started() const { return !window_.frames.empty(); }
   // Begins (anew) with one frame whose state is known. Variances of zero are raised to what no
-  // sensor knows better. Calibration stays as it was in the last round that came to Slide.
+  // sensor knows better. Calibration, and half of how certain it is, stay as they were in the last
+  // round that came to Slide.
   void Start(const FrameImages& images, const OdometryEstimate& state,
              std::span<const ImuSample> samples, const TrackStore& tracks);
   void Clear();
@@ -71,14 +72,15 @@ class SlidingWindow {
   std::vector<ImageTiming> TimeImages(const FrameImages& images, const ImuBias& bias,
                                       std::span<const ImuSample> samples) const;
   void PrepareFrames();
-  void Report(const WindowSolution& solution, WindowEstimate& estimate) const;
+  void Report(const WindowSolution& solution, WindowEstimate& estimate);
 
   WindowConfig config_;
   KeyframeConfig keyframes_;
   ImuSpec imu_;
   double gravity_;
   VioWindow window_;
-  VioCalibration believed_;
+  VioCalibration believed_;  // as of the last round that came to Slide
+  Eigen::MatrixXd believed_covariance_, newest_covariance_;  // of that round; of the last solution
 };
 
 // Covariance of T_i_j = T_i^-1 T_j in its pose chart, from the joint covariance of both poses in

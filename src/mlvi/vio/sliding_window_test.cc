@@ -148,12 +148,11 @@ TEST(SlidingWindowTest, CamerasMayTakeTheirImagesAtDifferentTimes) {
   test::SyntheticOptions options;
   options.seconds = 4.0;
   options.budget = 100;
-  options.pixel_noise = 0.1;
+  options.pixel_noise = 0.3;
   const Errors together = RunSeeds(options, ConfigFor(options), 6);
   options.advances = {0.0, 0.037, 0.0124, 0.025};
   const Errors freely = RunSeeds(options, ConfigFor(options), 6);
-  EXPECT_LT(freely.position, 1.5 * together.position);
-  EXPECT_LT(freely.nees, 10.0);  // 99 % of such means lie below 9.9
+  EXPECT_LT(freely.position, 1.2 * together.position);
 }
 
 // A round that is not believed (no Slide) leaves no calibration behind.
@@ -178,6 +177,49 @@ TEST(SlidingWindowTest, ForgetsTheCalibrationOfARoundThatFailed) {
   ASSERT_NE(window.window().calibration.time_offsets, believed);
   window.Clear();
   EXPECT_EQ(window.window().calibration.time_offsets, believed);
+}
+
+// What a window knew of the calibration is known, by half, to the one that begins after its failure;
+// the rig file counts once, however often that happens.
+TEST(SlidingWindowTest, KeepsWhatItKnewOfTheCalibration) {
+  test::SyntheticOptions options;
+  options.time_offsets.assign(4, 0.010);
+  test::SyntheticRecording recording(options);
+  SlidingWindow window(ConfigFor(options), {}, recording.rig().imu, recording.rig().gravity,
+                       recording.NominalCalibration());
+  const auto restart = [&] {
+    recording.Advance();
+    window.Start(recording.images(), recording.DisturbedTruth({}), recording.samples(),
+                 recording.tracks());
+  };
+  const auto run = [&](int sets) {
+    WindowEstimate estimate;
+    for (int set = 0; set < sets; ++set) {
+      recording.Advance();
+      window.Add(recording.images(), recording.samples(), recording.tracks());
+      estimate = window.Solve();
+      window.Slide();
+    }
+    return estimate.deviation;
+  };
+  restart();
+  const CalibrationDeviation first = run(2), known = run(70);
+  restart();
+  const CalibrationDeviation again = run(2);
+  for (std::size_t c = 0; c < 4; ++c) {
+    const double before = known.time_offsets[c].sigma, after = again.time_offsets[c].sigma;
+    ASSERT_LT(before, 0.4 * first.time_offsets[c].sigma);
+    EXPECT_LT(after, 2.5 * before);
+    EXPECT_GT(after, before);
+    EXPECT_NEAR(again.time_offsets[c].seconds, known.time_offsets[c].seconds, 4.0 * before);
+  }
+  // Starts alone add nothing.
+  for (int i = 0; i < 5; ++i) {
+    restart();
+    run(1);
+  }
+  restart();
+  EXPECT_GT(run(1).cameras[0].rotation_sigma, known.cameras[0].rotation_sigma);
 }
 
 // Standing still tells nothing about the calibration: it stays where the rig file has it.

@@ -63,6 +63,7 @@ struct WindowFrame {
 struct WindowObservation {
   FrameId frame;
   PanoramicObservation observation;
+  int index = 0;  // in the track, counted from its first one
 };
 
 // What LiDAR says about a feature, along the ray of its anchor.
@@ -75,6 +76,7 @@ struct InverseDepthMeasurement {
 struct WindowFeature {
   TrackId track;
   std::vector<WindowObservation> observations;  // oldest first
+  int seen = 0;                                 // observations of the track so far
   double inverse_depth = 0.0;                   // 1/m, >= 0
   bool triangulated = false;  // false: the depth is a mere default, until parallax tells
   bool alive = true;          // still followed by the tracker

@@ -78,8 +78,10 @@ void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks)
     WindowFeature& feature = FeatureOf(window.features, track.id);
     feature.alive = track.alive;
     for (const TrackObservation& o : track.observations) {
-      if (o.frame == frame || (newly_trusted && window.FindFrame(o.frame) >= 0)) {
-        feature.observations.push_back({o.frame, o.observation});
+      if (o.frame != frame && !newly_trusted) continue;
+      const int index = feature.seen++;  // counts those in frames that have left the window, too
+      if (window.FindFrame(o.frame) >= 0) {
+        feature.observations.push_back({o.frame, o.observation, index});
       }
     }
   }
@@ -89,6 +91,8 @@ void AddObservations(VioWindow& window, FrameId frame, const TrackStore& tracks)
 void InitializeDepths(VioWindow& window, const WindowConfig& config) {
   for (WindowFeature& feature : window.features) {
     if (feature.triangulated) continue;
+    // Also where the solver has left it at infinity without parallax to show it: to begin anew at
+    // a finite depth is measured to be better (docs/decisions.md).
     if (feature.inverse_depth == 0.0) feature.inverse_depth = 1.0 / config.initial_depth;
     if (feature.usable()) feature.triangulated = TriangulateFeature(window, config, feature);
   }

@@ -220,16 +220,17 @@ class FeatureLinearizer {
       const WindowObservation& o = feature.observations[k];
       const BearingEnd target = EndOf(o);
       BearingJacobians j;
-      auto residual =
-          evaluator_.Evaluate(anchor_ray, *anchor.place, feature.inverse_depth,
-                              evaluator_.RayOf(o.observation, RayRole::kTarget), *target.place, &j);
+      const PanoramicRay target_ray = evaluator_.RayOf(o.observation, RayRole::kTarget);
+      const auto residual = evaluator_.Evaluate(anchor_ray, *anchor.place, feature.inverse_depth,
+                                                target_ray, *target.place, &j);
       if (!residual) continue;
       const double inverse_variance =
           1.0 / BearingVariance(feature.observations.front(), o, config_);
       const double s = inverse_variance * residual->squaredNorm();
       const double weight = inverse_variance * LossWeight(config_, s);
       sums.cost += 0.5 * LossCost(config_, s);
-      sums.per_camera[static_cast<std::size_t>(o.observation.camera)].Add(residual->squaredNorm());
+      sums.per_camera[static_cast<std::size_t>(o.observation.camera)].Add(residual->squaredNorm(),
+                                                                          target_ray.freedom);
       const VisualBlocks blocks = CollectBlocks(layout_, j, anchor, target);
       AddBlocks(blocks, *residual, weight, sums);
       const Eigen::Vector2d weighted = weight * j.inverse_depth;
@@ -252,14 +253,14 @@ class FeatureLinearizer {
         evaluator_.RayOf(feature.observations.front().observation, RayRole::kAnchor);
     for (std::size_t k = 1; k < feature.observations.size(); ++k) {
       const WindowObservation& o = feature.observations[k];
+      const PanoramicRay target_ray = evaluator_.RayOf(o.observation, RayRole::kTarget);
       const auto residual = evaluator_.Evaluate(anchor_ray, *anchor.place, feature.inverse_depth,
-                                                evaluator_.RayOf(o.observation, RayRole::kTarget),
-                                                *EndOf(o).place, nullptr);
+                                                target_ray, *EndOf(o).place, nullptr);
       if (!residual) continue;
       const double s =
           residual->squaredNorm() / BearingVariance(feature.observations.front(), o, config_);
       cost += 0.5 * LossCost(config_, s);
-      if (statistics != nullptr) statistics->Add(s);
+      if (statistics != nullptr) statistics->Add(s, target_ray.freedom);
     }
     if (feature.lidar) {
       const double s =
@@ -429,7 +430,7 @@ void AddBearings(const VioWindow& window, const WindowConfig& config, Linearized
 
 double BearingVariance(const WindowObservation& anchor, const WindowObservation& target,
                        const WindowConfig& config) {
-  const auto sets = static_cast<double>(target.frame.value() - anchor.frame.value());
+  const double sets = target.index - anchor.index;
   const double usual =
       config.pixel_sigma * config.pixel_sigma + sets * config.pixel_drift * config.pixel_drift;
   return target.observation.sigma_scale * target.observation.sigma_scale * usual;
@@ -480,7 +481,7 @@ std::vector<double> FeatureErrors(const VioWindow& window, const WindowConfig& c
   for (const WindowFeature& feature : window.features) {
     BearingStatistics statistics;
     linearizer.Cost(feature, &statistics);
-    errors.push_back(statistics.count > 0 ? statistics.sum / (2.0 * statistics.count) : 0.0);
+    errors.push_back(statistics.mean());
   }
   return errors;
 }

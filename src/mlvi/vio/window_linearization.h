@@ -31,17 +31,18 @@ struct FactorSelection {
 // Squared residuals in pixels, before robust weighting.
 struct BearingStatistics {
   double sum = 0.0;  // px^2
-  int count = 0;     // two-vectors
+  int freedom = 0;   // axes that they tell about: two each, one in mode `plane`
 
-  void Add(double squared) {
+  void Add(double squared, int axes) {
     sum += squared;
-    ++count;
+    freedom += axes;
   }
   void Add(const BearingStatistics& other) {
     sum += other.sum;
-    count += other.count;
+    freedom += other.freedom;
   }
-  double rms() const { return count > 0 ? std::sqrt(sum / (2.0 * count)) : 0.0; }  // px, per axis
+  double mean() const { return freedom > 0 ? sum / freedom : 0.0; }  // px^2, per axis
+  double rms() const { return std::sqrt(mean()); }                   // px, per axis
 };
 
 // H d = b in the coordinates of `layout`, plus one scalar unknown per feature: for feature f

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "mlvi/base/error.h"
+#include "mlvi/vio/calibration_prior.h"
 #include "mlvi/vio/window_features.h"
 
 namespace mlvi {
@@ -15,6 +16,9 @@ namespace {
 constexpr double kUnknown = 1e-12;
 // 1/m: far points whose depth is known to this are as good as others.
 constexpr double kFarSigma = 0.02;
+// An estimate that failed for one reason or another is believed to be less certain than it said by
+// this factor.
+constexpr double kDoubt = 2.0;
 
 using Blocks = std::vector<WindowPrior::Block>;
 
@@ -54,6 +58,20 @@ std::vector<int> CoordinatesOf(const Blocks& blocks, const VioWindow& window,
   return result;
 }
 
+// R with R^T R = H^-1 where H tells something, and without what it says nothing about: directions
+// that nothing ties to others, which take nothing along.
+Eigen::MatrixXd InverseRoot(const Eigen::MatrixXd& H) {
+  const Eigen::VectorXd scale = H.diagonal().array().max(1e-30).sqrt().inverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+  if (llt.info() == Eigen::Success) return llt.matrixL().solve(Eigen::MatrixXd(scale.asDiagonal()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+  const Eigen::ArrayXd values = eigen.eigenvalues();
+  const Eigen::ArrayXd inverse =
+      (values > kUnknown).select(values.max(kUnknown).sqrt().inverse(), 0.0);
+  return inverse.matrix().asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+}
+
 // H and b without the first `removed` coordinates, of which only `kept` remain.
 ReducedSystem SchurComplement(const ReducedSystem& system, int removed,
                               const std::vector<int>& kept) {
@@ -68,12 +86,9 @@ ReducedSystem SchurComplement(const ReducedSystem& system, int removed,
       result.H(static_cast<Eigen::Index>(r), column) = H(kept[r], kept[c]);
     }
   }
-  const Eigen::MatrixXd H_removed = H.topLeftCorner(removed, removed);
-  const Eigen::VectorXd scale = H_removed.diagonal().array().max(1e-30).sqrt().inverse();
-  const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * H_removed * scale.asDiagonal());
-  MLVI_CHECK(llt.info() == Eigen::Success, "the state of the frame that leaves is not determined");
-  const Eigen::MatrixXd half = llt.matrixL().solve(scale.asDiagonal() * cross);
-  const Eigen::VectorXd half_b = llt.matrixL().solve(scale.cwiseProduct(system.b.head(removed)));
+  const Eigen::MatrixXd root = InverseRoot(H.topLeftCorner(removed, removed));
+  const Eigen::MatrixXd half = root * cross;
+  const Eigen::VectorXd half_b = root * system.b.head(removed);
   result.H -= half.transpose() * half;
   result.b -= half.transpose() * half_b;
   return result;
@@ -160,16 +175,47 @@ VioWindow TakePart(VioWindow& window, const WindowConfig& config) {
 
 }  // namespace
 
-WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance) {
+WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
+                       const CalibrationKnowledge& known) {
   MLVI_CHECK(window.frames.size() == 1, "{} frames", window.frames.size());
   WindowPrior prior{.calibration = window.calibration};
-  prior.blocks.push_back({window.frames.front().id, 0, frame_index::kSize});
-  const Eigen::LLT<Matrix15d> llt(covariance);
-  MLVI_CHECK(llt.info() == Eigen::Success,
-             "the covariance of the first state is not positive definite");
-  prior.sqrt_information = llt.matrixL().solve(Matrix15d(Matrix15d::Identity()));
-  prior.residual = Eigen::VectorXd::Zero(frame_index::kSize);
+  constexpr int kState = frame_index::kSize;
+  const auto size = static_cast<int>(known.b.size());
+  prior.blocks.push_back({window.frames.front().id, 0, kState});
+  if (size > 0) prior.blocks.push_back({FrameId(), 0, size});
+  prior.sqrt_information = Eigen::MatrixXd::Zero(kState + size, kState + size);
+  prior.residual = Eigen::VectorXd::Zero(kState + size);
+  prior.sqrt_information.topLeftCorner<kState, kState>() = InverseRoot(covariance);
+  if (size == 0) return prior;
+  Eigen::MatrixXd J;
+  Eigen::VectorXd r;
+  SquareRoot(known, J, r);
+  prior.sqrt_information.bottomRightCorner(size, size) = J;
+  prior.residual.tail(size) = r;
   return prior;
+}
+
+CalibrationKnowledge KnowledgeOf(const VioWindow& window, const WindowConfig& config,
+                                 const Eigen::MatrixXd& covariance) {
+  CalibrationKnowledge known;
+  const WindowLayout layout = window.Layout(config);
+  const int size = layout.calibration_size();
+  if (size == 0) return known;
+  // What the rig file says remains a factor of its own: it must not count twice.
+  LinearizedWindow file{.layout = layout};
+  file.H = Eigen::MatrixXd::Zero(layout.size(), layout.size());
+  file.b = Eigen::VectorXd::Zero(layout.size());
+  AddCalibrationPrior(window, config, file);
+  const Eigen::MatrixXd of_file =
+      file.H.bottomRightCorner(size, size).selfadjointView<Eigen::Upper>();
+  const Eigen::MatrixXd root = InverseRoot(covariance);
+  const Eigen::MatrixXd difference = root.transpose() * root - of_file;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(difference);
+  // Along what images say nothing about the difference is one of two equal numbers.
+  known.H = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+            eigen.eigenvectors().transpose() / (kDoubt * kDoubt);
+  known.b = -file.b.tail(size) / (kDoubt * kDoubt);
+  return known;
 }
 
 WindowPrior PriorWithoutFirstFrame(VioWindow& window, const LinearizedWindow& system) {

@@ -10,9 +10,19 @@
 
 namespace mlvi {
 
-// A prior on a window of one frame: the covariance of its state (coordinates of frame_index).
-// Nothing is known of the calibration but what the rig file says (calibration_prior.h).
-WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance);
+// What images and IMU have told about the calibration so far, without the rig file, at the present
+// values: normal equations in its coordinates. Empty: nothing.
+using CalibrationKnowledge = ReducedSystem;
+
+// Of a window that is solved, from the covariance of its calibration; less certain than it says, as
+// it is for the time after a failure.
+CalibrationKnowledge KnowledgeOf(const VioWindow& window, const WindowConfig& config,
+                                 const Eigen::MatrixXd& covariance);
+
+// A prior on a window of one frame: the covariance of its state (coordinates of frame_index), and
+// what is known of the present calibration besides the rig file (calibration_prior.h).
+WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
+                       const CalibrationKnowledge& known = {});
 
 // The prior that a linearised problem leaves on everything but its first frame: the Schur
 // complement as a square root. Frames get first estimates.

@@ -117,6 +117,30 @@ INSTANTIATE_TEST_SUITE_P(Modes, WindowGradient,
                          ::testing::Values(Compensation::kNone, Compensation::kPlane,
                                            Compensation::kRay));
 
+// Residuals are told per axis that they have, in px and in sigmas: the noise that was put in, in all
+// modes; `plane` has one axis.
+TEST(BearingStatistics, ArePerAxisInEveryMode) {
+  for (const Compensation mode : {Compensation::kRay, Compensation::kPlane}) {
+    WindowConfig config;
+    config.compensation = mode;
+    config.pixel_sigma = 0.5;
+    config.pixel_drift = 0.0;
+    Scene scene(config, 40);
+    const WindowEstimate estimate = scene.window.Solve();
+    EXPECT_GT(estimate.rms_px, 0.8 * 0.5);
+    EXPECT_LT(estimate.rms_px, 1.42 * 0.5);
+    const std::vector<double> errors = FeatureErrors(scene.window.window(), config);
+    double sum = 0.0;
+    int count = 0;
+    for (const double error : errors) {
+      sum += error;
+      count += error > 0.0 ? 1 : 0;
+    }
+    EXPECT_GT(sum / count, 0.6);
+    EXPECT_LT(sum / count, 2.0);
+  }
+}
+
 // The same window as a ceres::Problem over the factors: another linearisation, another elimination.
 struct BatchWindow {
   explicit BatchWindow(const VioWindow& window, const WindowConfig& config) {
@@ -278,6 +302,18 @@ TEST(MarginalizationTest, LeavesTheRigFileOutOfThePrior) {
   const int size = window.prior.blocks.back().size;
   EXPECT_EQ(size, 7 * static_cast<int>(window.calibration.T_pano_camera.size()));
   EXPECT_EQ(window.prior.sqrt_information.rightCols(size).norm(), 0.0);
+}
+
+// Directions that nothing is known about leave without a trace, and without ending the program.
+TEST(MarginalizationTest, BearsAFrameThatIsNotDetermined) {
+  WindowConfig config;
+  Scene scene(config, 8);
+  VioWindow window = scene.window.window();
+  window.prior = {};
+  for (WindowFrame& frame : window.frames) frame.rest_sigma = 0.0;
+  MarginalizeFirstFrame(window, config, kGravity);
+  EXPECT_TRUE(window.prior.sqrt_information.allFinite());
+  EXPECT_TRUE(window.prior.residual.allFinite());
 }
 
 // What leaves the window may take information along but never adds any.
