@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <numbers>
@@ -123,6 +124,13 @@ std::vector<std::string> CameraNames(const std::string& text, const Rig& rig) {
   return text == "all" ? rig.CameraNames() : SplitAtCommas(text);
 }
 
+// From one row to the next, where the cameras' tallest image takes `readout` seconds.
+Duration RowTime(double readout, const Rig& rig) {
+  int rows = 1;
+  for (const CameraSpec& camera : rig.cameras) rows = std::max(rows, camera.model->height());
+  return Duration::FromSeconds(readout / rows);
+}
+
 Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
   auto faults = FaultsOf(options.faults);
   if (!faults) return tl::unexpected(faults.error());
@@ -139,6 +147,7 @@ Expected<SequenceOptions> Resolve(const SimulateOptions& options) {
                      "--cameras other than none");
   }
   sequence.image_rate = options.image_rate;
+  sequence.camera_physics.row_time = RowTime(options.rolling_shutter, sequence.rig.true_rig);
   sequence.ideal_lidar = sequence.ideal_lidar || options.ideal_lidar;
   sequence.plane_surfaces = options.plane_surfaces;
   if (options.no_operator) sequence.carried = false;
@@ -403,6 +412,12 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
       ->add_option("--image-rate", options->image_rate,
                    "Images per second of every camera (0: as the rig says)")
       ->check(NumberIn(0.0, 200.0));
+  command
+      ->add_option(
+          "--rolling-shutter", options->rolling_shutter,
+          "Seconds from the first row of an image to the last, as the camera itself moves (0: "
+          "global shutter); stamps are those of the first row")
+      ->check(NumberIn(0.0, 0.1));
   command->add_option("--jpeg-quality", options->jpeg_quality, "Of compressed images")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();

@@ -23,6 +23,7 @@ struct SimulateOptions {
   SceneImportOptions scene_import;
   std::string cameras = "all";
   double image_rate = 0.0;
+  double rolling_shutter = 0.0;  // s, from the first row to the last; 0: global
   bool contact_sheet = false;
   int jpeg_quality = 80;
   double seconds = 0.0;

@@ -417,7 +417,8 @@ TEST(SimulateCommand, SaysHowARecordingWasMade) {
   const std::string output = folder.path();
   const test::ProcessResult result = test::RunMlvi(
       "simulate room-01 --cameras left --image-rate 12 --jpeg-quality 60 --seconds 0.2 "
-      "--velodyne-stamp last --compression lz4 --clock left,0.03,0,0.01 -o " +
+      "--rolling-shutter 0.02 --velodyne-stamp last --compression lz4 --clock left,0.03,0,0.01 "
+      "-o " +
       output);
   ASSERT_EQ(result.exit_code, 0) << result.output;
   const auto json = DescriptionIn(output);
@@ -428,6 +429,7 @@ TEST(SimulateCommand, SaysHowARecordingWasMade) {
   EXPECT_THAT(result.output, ::testing::ContainsRegex("bag of [0-9.]+ MB"));
   EXPECT_EQ(json["ground_truth_clock"], "true");
   EXPECT_EQ(json["cameras"]["left"]["rate_hz"], 12.0);
+  EXPECT_NEAR(json["cameras"]["left"]["row_time_s"], 0.02 / 1024.0, 1e-9);
   // IMU 5 ms late on average, the camera 35 ms.
   EXPECT_NEAR(json["cameras"]["left"]["time_offset"]["true_s"], -0.03, 1e-9);
   EXPECT_EQ(json["cameras"]["left"]["time_offset"]["rig_s"], 0.0);

@@ -64,6 +64,30 @@ TEST(Recording, SameBitsOnEveryRunAndAtEveryNumberOfThreads) {
   EXPECT_EQ(one, run(2));
 }
 
+// The same with everything that is drawn at random on top: an operator, relief, vibration, jitter.
+TEST(Recording, SameBitsWithAllItsImperfections) {
+  const auto run = [](int threads) {
+    const ThreadLimit limit(threads);
+    SequenceOptions options = StandardSequence("quad-hard", test::NewerCollege(), 0.3, 7);
+    options.clocks = {{"imu", {.offset = 4e-3, .jitter = 2e-3}},
+                      {"lidar", {.offset = 1e-3, .jitter = 5e-4}}};
+    Recording recording(options);
+    EXPECT_TRUE(recording.options().carried && HasErrors(recording.options().imu_errors));
+    EXPECT_FALSE(recording.lidar().pattern().physics.plane_surfaces);
+    std::vector<std::uint64_t> prints;
+    const Heard heard = Listen(recording);
+    for (const LidarSweep& sweep : heard.sweeps) prints.push_back(Fingerprint(sweep));
+    for (const ImuSample& imu : heard.imu) {
+      prints.push_back(static_cast<std::uint64_t>(imu.stamp.nanoseconds()));
+      prints.push_back(std::bit_cast<std::uint64_t>(imu.angular_velocity.x()));
+    }
+    return prints;
+  };
+  const auto one = run(1);
+  EXPECT_EQ(one.size(), 3U + 2U * 61U);
+  EXPECT_EQ(one, run(2));
+}
+
 // Two small cameras on the Newer College rig: 20 and 10 Hz, 2 ms behind the IMU's clock.
 Rig WithCameras() {
   Rig rig = test::NewerCollege();

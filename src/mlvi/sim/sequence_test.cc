@@ -127,6 +127,63 @@ TEST_P(Sequences, MoveAsTheirProfilePromises) {
   ExpectWithin("speed", m.mean_speed, bands.speed);
 }
 
+// Where the profile has stops the body comes to rest, again and again; else it never does.
+TEST_P(Sequences, StopWhereTheirProfileSays) {
+  const MotionProfile profile = GetParam().make_profile();
+  const Recording recording(StandardSequence(GetParam().name, RigOf(GetParam())));
+  int stops = 0;
+  bool moving = false;
+  for (double t = 4.0; t < GetParam().seconds - 4.0; t += 0.1) {
+    const double speed =
+        recording.GroundTruth(recording.begin() + Duration::FromSeconds(t)).v_world_body.norm();
+    stops += moving && speed < 0.05 ? 1 : 0;
+    moving = speed > 0.2 || (moving && speed >= 0.05);
+  }
+  RecordProperty("stops", stops);
+  const double expected = profile.pause_every == 0.0
+                              ? 0.0
+                              : GetParam().seconds / (profile.pause_every + profile.pause + 2.0);
+  EXPECT_NEAR(stops, expected, profile.pause_every == 0.0 ? 0.0 : 0.25 * expected + 1.5);
+}
+
+// What comes by the same place again at least 15 s later, within 2 m: as it did before, or the
+// other way round (directions of motion more than 120 deg apart).
+struct Revisits {
+  bool alike = false, opposite = false;
+};
+
+Revisits RevisitsOf(const Recording& recording) {
+  std::vector<NavState> states;
+  for (Time t = recording.begin() + Duration::FromSeconds(4.0); t < recording.end();
+       t = t + Duration::FromMilliseconds(250)) {
+    const NavState state = recording.GroundTruth(t);
+    if (state.v_world_body.norm() > 0.2) states.push_back(state);
+  }
+  Revisits found;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const NavState &now = states[i], &then = states[k];
+      if (now.stamp - then.stamp < Duration::FromSeconds(15.0)) continue;
+      if ((now.T_world_body.translation() - then.T_world_body.translation()).norm() > 2.0) continue;
+      const double cosine = now.v_world_body.normalized().dot(then.v_world_body.normalized());
+      found.alike = found.alike || cosine > 0.9;
+      found.opposite = found.opposite || cosine < -0.5;
+    }
+  }
+  return found;
+}
+
+TEST(SequenceCatalogue, ComesBackWherePromised) {
+  for (const std::string name : {"room-01", "room-02", "room-03", "cloister"})
+    EXPECT_TRUE(RevisitsOf(Recording(StandardSequence(name, RigOf(*FindSequence(name))))).alike)
+        << name;
+  for (const std::string name : {"quad-easy", "quad-hard", "math-easy", "math-hard", "stairs",
+                                 "attic-to-upper-gallery-2", "corridor-lower-gallery-2"}) {
+    EXPECT_TRUE(RevisitsOf(Recording(StandardSequence(name, RigOf(*FindSequence(name))))).opposite)
+        << name;
+  }
+}
+
 class FirstSweeps : public ::testing::TestWithParam<Expectation> {};
 
 TEST_P(FirstSweeps, AreThoseOfTheirPlace) {
