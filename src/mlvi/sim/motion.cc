@@ -113,25 +113,58 @@ struct Walker {
   std::vector<double> activity;  // 0 at rest .. 1
 };
 
+// m/s: slower in bends and on stairs.
+double Speed(const MotionProfile& profile, const PathPoint& at, double activity) {
+  return profile.speed * activity /
+         (1.0 + 0.6 * at.curvature + profile.stair_slowing * std::abs(at.slope));
+}
+
+// Where the walker is heading at every control instant when corners are smoothed over the time in
+// motion, `active` s at each of them, whose last is at least the way to the last position.
+std::vector<double> HeadingsInMotion(const WalkingPath& path, const MotionProfile& profile,
+                                     const std::vector<double>& active) {
+  const double dt = profile.knot_interval.seconds();
+  std::vector<double> headings;
+  double s = 0.0;
+  // As Walk does, without rest; beyond the end by what smoothing reaches.
+  const double last = active.back() + 6.0 * profile.heading_smoothing;
+  for (double t = 0.0; t <= last + 2.0 * dt; t += dt) {
+    const PathPoint at = path.At(s);
+    headings.push_back(at.heading);
+    s += Speed(profile, at, 1.0) * dt;
+  }
+  headings = SmoothOpen(headings, profile.heading_smoothing / dt);
+  std::vector<double> result;
+  for (const double t : active) {
+    const auto before = static_cast<std::size_t>(t / dt);
+    const double share = t / dt - static_cast<double>(before);
+    result.push_back((1.0 - share) * headings[before] + share * headings[before + 1]);
+  }
+  return result;
+}
+
 Walker Walk(const WalkingPath& path, const MotionProfile& profile, std::size_t controls) {
   const double dt = profile.knot_interval.seconds();
   Walker walker;
-  double s = 0.0;
+  std::vector<double> active;  // s in motion so far
+  double s = 0.0, in_motion = 0.0;
   for (std::size_t i = 0; i < controls; ++i) {
     const double t = dt * (static_cast<double>(i) - 1.0);
     const double activity =
         (profile.rest > 0.0 ? SmoothStep((t - profile.rest) / kStartSeconds) : 1.0) *
         Stopping(profile, t - profile.rest);
     const PathPoint at = path.At(s);
-    const double slope = std::abs(at.slope);
     walker.positions.push_back(at.position);
     walker.headings.push_back(at.heading);
-    walker.slopes.push_back(slope);
+    walker.slopes.push_back(std::abs(at.slope));
     walker.activity.push_back(activity);
-    // Slower in bends and on stairs.
-    s += profile.speed * activity / (1.0 + 0.6 * at.curvature + profile.stair_slowing * slope) * dt;
+    active.push_back(in_motion);
+    s += Speed(profile, at, activity) * dt;
+    in_motion += activity * dt;
   }
-  walker.headings = SmoothOpen(walker.headings, profile.heading_smoothing / dt);
+  walker.headings = profile.turns_at_rest
+                        ? SmoothOpen(walker.headings, profile.heading_smoothing / dt)
+                        : HeadingsInMotion(path, profile, active);
   return walker;
 }
 
@@ -249,6 +282,7 @@ MotionProfile RobotMotion() {
           .knot_interval = Duration::FromMilliseconds(20),
           .look_around = 0.0,
           .heading_smoothing = 0.8,
+          .turns_at_rest = false,
           .gait = 0.0,
           .vibration = 0.4,
           .pause_every = 28.0,

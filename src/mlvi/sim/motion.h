@@ -16,6 +16,9 @@ struct MotionProfile {
   double rest = 2.0;               // s without any motion at the beginning; 0 starts in full motion
   double look_around = 0.18;       // rad, amplitude of slow turns of the sensor
   double heading_smoothing = 1.0;  // s, how long before and after a corner the walker turns
+  // A person who stands looks round towards the next corner; a robot that stands does not turn:
+  // its smoothing counts time in motion only.
+  bool turns_at_rest = true;
   double peak_rate = 0.0;          // rad/s, to which shaking is scaled; 0: no shaking
   double peak_acceleration = 0.0;  // m/s^2, likewise
   // Shaking swells and fades: its least strength relative to the bursts, and how short these are.

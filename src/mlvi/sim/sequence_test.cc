@@ -184,6 +184,23 @@ TEST(SequenceCatalogue, ComesBackWherePromised) {
   }
 }
 
+TEST(RobotMotionTest, StandsStillAtRestAndInItsStops) {
+  const SequenceInfo* info = FindSequence("room-01");
+  ASSERT_NE(info, nullptr);
+  const SequenceOptions options = StandardSequence(info->name, RigOf(*info));
+  const Recording recording(options);
+  const MotionProfile profile = RobotMotion();
+  const double stop = options.rest + profile.pause_every + 1.0;
+  for (const double begin : {0.0, stop}) {
+    const double end = begin == 0.0 ? options.rest : begin + profile.pause;
+    const auto pose = [&](double t) {
+      return recording.motion().PoseAt(recording.begin() + Duration::FromSeconds(t));
+    };
+    EXPECT_LT(BoxMinus(pose(begin + 0.1), pose(end - 0.1)).norm(), 1e-9) << begin;
+    EXPECT_GT(BoxMinus(pose(end - 0.1), pose(end + 2.0)).norm(), 0.1) << "then it drives on";
+  }
+}
+
 class FirstSweeps : public ::testing::TestWithParam<Expectation> {};
 
 TEST_P(FirstSweeps, AreThoseOfTheirPlace) {
