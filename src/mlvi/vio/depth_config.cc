@@ -39,7 +39,7 @@ void DepthConfig::Declare(ConfigDeclaration& d) {
           {0.0, 0.1});
   d.Field("incidence_noise", incidence_noise, "rad",
           "As if all beams were turned by this, one sigma: slanted surfaces are measured too near. "
-          "Hundreds of features share that error, so it is set to ten times its size",
+          "Hundreds of features share that error, so it is set to twenty times its size",
           {0.0, 0.1});
   d.Field("roughness", roughness, "m", "Relief of surfaces, with errors of accumulation, one sigma",
           {0.0, 1.0});

@@ -24,7 +24,7 @@ struct DepthConfig {
   double min_incidence = 0.12;
   double range_noise = 0.02;
   double beam_noise = 0.0009;
-  double incidence_noise = 0.008;
+  double incidence_noise = 0.02;
   double roughness = 0.03;
   void Declare(ConfigDeclaration& d);
 };

@@ -54,7 +54,7 @@ class LidarDepthTest : public ::testing::Test {
 
   static DepthConfig SmoothSurfaces() {
     DepthConfig config;
-    config.roughness = 0.0;
+    config.roughness = config.incidence_noise = 0.0;
     return config;
   }
   // `T_moved`: the LiDAR odometry's world, moved.
