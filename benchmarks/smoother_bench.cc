@@ -18,6 +18,7 @@
 #include "mlvi/io/g2o.h"
 #include "mlvi/solver/ceres_problem.h"
 #include "mlvi/solver/incremental_smoother.h"
+#include "quantile.h"
 
 namespace mlvi {
 namespace {
@@ -138,11 +139,6 @@ Blocks OdometryGuess(const Sequence& sequence) {
     }
   }
   return blocks;
-}
-
-double Quantile(std::vector<double> values, double q) {
-  std::ranges::sort(values);
-  return values[static_cast<std::size_t>(q * (values.size() - 1))];
 }
 
 class Run {

@@ -16,10 +16,12 @@
 #include "drawn_sequence.h"
 #include "mlvi/base/parallel.h"
 #include "mlvi/geometry/so3.h"
+#include "mlvi/geometry/tangent_basis.h"
 #include "mlvi/imu/levelling.h"
 #include "mlvi/panorama/panoramic_tracker.h"
 #include "mlvi/vio/frame_history.h"
 #include "mlvi/vio/visual_inertial_start.h"
+#include "quantile.h"
 
 namespace mlvi {
 namespace {
@@ -34,12 +36,6 @@ struct Options : DrawnSetup {
 struct Tally {
   std::vector<double> velocity, speed_error, tilt, nees;
 };
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
 
 // Velocity, tilt and biases of a start have no gauge: in the levelled frame of the body's heading.
 using Observable = Eigen::Matrix<double, 11, 1>;
@@ -56,10 +52,7 @@ Eigen::Matrix<double, 11, 15> ObservableDerivative(const NavState& state) {
   J.block<3, 3>(0, nav_index::kVelocity) = R.transpose();
   J.block<3, 3>(0, nav_index::kRotation) = Hat(R.transpose() * state.v_world_body);
   const Eigen::Vector3d up = R.transpose().col(2);
-  Eigen::Matrix<double, 2, 3> tangent;
-  tangent.row(0) = up.unitOrthogonal().transpose();
-  tangent.row(1) = up.cross(Eigen::Vector3d(tangent.row(0).transpose())).transpose();
-  J.block<2, 3>(3, nav_index::kRotation) = tangent * Hat(up);
+  J.block<2, 3>(3, nav_index::kRotation) = TangentBasis(up).transpose() * Hat(up);
   J.block<6, 6>(5, nav_index::kAccelerometerBias).setIdentity();
   return J;
 }
@@ -72,10 +65,7 @@ StartError ErrorOf(const Initialization& start, const NavState& truth) {
                            state.T_world_body.rotation().conjugate() * state.v_world_body;
   const Eigen::Vector3d up = state.T_world_body.R().transpose().col(2),
                         true_up = truth.T_world_body.R().transpose().col(2);
-  Eigen::Matrix<double, 2, 3> tangent;
-  tangent.row(0) = up.unitOrthogonal().transpose();
-  tangent.row(1) = up.cross(Eigen::Vector3d(tangent.row(0).transpose())).transpose();
-  result.error.segment<2>(3) = tangent * (true_up - up);
+  result.error.segment<2>(3) = TangentBasis(up).transpose() * (true_up - up);
   result.error.segment<3>(5) = truth.bias.accelerometer - state.bias.accelerometer;
   result.error.segment<3>(8) = truth.bias.gyroscope - state.bias.gyroscope;
   const Eigen::Matrix<double, 11, 11> covariance = J * start.covariance * J.transpose();

@@ -20,6 +20,7 @@
 #include "mlvi/geometry/tangent_basis.h"
 #include "mlvi/panorama/track_store.h"
 #include "mlvi/sim/recording.h"
+#include "quantile.h"
 
 namespace mlvi {
 
@@ -235,14 +236,6 @@ class TrackAccuracy {
     if (followed.errors.size() < kSpan) return;
     ++all.grown;
     all.grown_beyond_1 += followed.errors[kSpan - 1][candidate] > 1.0 ? 1 : 0;
-  }
-
-  static double Quantile(std::vector<double> values, double share) {
-    if (values.empty()) return 0.0;
-    const auto place = values.begin() +
-                       static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
   }
 
   static double Beyond(const std::vector<double>& values, double limit) {

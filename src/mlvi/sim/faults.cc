@@ -10,14 +10,10 @@
 #include <numbers>
 
 #include "mlvi/base/suggestion.h"
+#include "mlvi/sim/random_direction.h"
 
 namespace mlvi {
 namespace {
-
-Eigen::Vector3d RandomDirection(RandomStream& random) {
-  const double x = random.Normal(), y = random.Normal(), z = random.Normal();
-  return Eigen::Vector3d(x, y, z).normalized();
-}
 
 // Means over boxes of an image's pixels, by sums over all that is above and left of a pixel.
 class BoxMeans {

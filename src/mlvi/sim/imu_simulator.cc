@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlvi/sim/random_direction.h"
+
 namespace mlvi {
 namespace {
 
@@ -18,8 +20,6 @@ Eigen::Vector3d UniformVector(RandomStream& random, double limit) {
                z = random.Uniform(-limit, limit);
   return {x, y, z};
 }
-
-Eigen::Vector3d UnitVector(RandomStream& random) { return NormalVector(random, 1.0).normalized(); }
 
 Eigen::Vector3d Saturated(const Eigen::Vector3d& value, double limit) {
   return value.cwiseMax(-limit).cwiseMin(limit);
@@ -47,8 +47,8 @@ void ImuSimulator::DrawBiases(Time end, const RandomStream& random) {
                .gyroscope = UniformVector(walk, physics_.initial_gyroscope_bias)};
   const double root_dt = std::sqrt(1.0 / physics_.rate_hz);
   const ImuWarmUp& warm_up = physics_.errors.warm_up;
-  const Eigen::Vector3d accelerometer = warm_up.accelerometer * UnitVector(directions),
-                        gyroscope = warm_up.gyroscope * UnitVector(directions);
+  const Eigen::Vector3d accelerometer = warm_up.accelerometer * RandomDirection(directions),
+                        gyroscope = warm_up.gyroscope * RandomDirection(directions);
   for (std::size_t i = 0; StampOf(i) <= end; ++i) {
     const double settled = -std::expm1(-(StampOf(i) - begin_).seconds() / warm_up.time_constant);
     biases_.push_back({.accelerometer = bias.accelerometer + settled * accelerometer,

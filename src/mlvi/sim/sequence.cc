@@ -11,14 +11,10 @@
 #include "mlvi/base/random.h"
 #include "mlvi/base/suggestion.h"
 #include "mlvi/sim/lidar_pattern.h"
+#include "mlvi/sim/random_direction.h"
 
 namespace mlvi {
 namespace {
-
-Eigen::Vector3d RandomDirection(RandomStream& random) {
-  const double x = random.Normal(), y = random.Normal(), z = random.Normal();
-  return Eigen::Vector3d(x, y, z).normalized();
-}
 
 Place MakeRoom01(std::uint64_t seed) { return MakeRoom(seed, 1); }
 Place MakeRoom02(std::uint64_t seed) { return MakeRoom(seed, 2); }

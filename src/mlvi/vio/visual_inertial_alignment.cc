@@ -14,7 +14,6 @@ namespace {
 constexpr int kClosedFormRounds = 5;
 constexpr double kNominalDepth = 5.0;  // m, of points before the first round
 constexpr double kDepthPrior = 100.0;  // m, one sigma: points that show no parallax stay finite
-constexpr double kNearest = 0.2;       // m
 
 // A ray turned by the gyroscope into the frame of the first body; its origin is p(k) + `offset`.
 struct TurnedRay {

@@ -16,6 +16,9 @@
 
 namespace mlvi::internal {
 
+// Depths of features are not below this, m.
+inline constexpr double kNearest = 0.2;
+
 struct FeatureView {
   std::size_t instant = 0;  // of the path
   PanoramicObservation observation;

@@ -14,7 +14,6 @@ namespace {
 
 using inertial_index::kSize;
 
-constexpr double kNearest = 0.2;  // m
 constexpr int kMaxIterations = 30;
 constexpr double kConverged = 1e-6;  // relative decrease of the cost
 constexpr CauchyKernel kKernel{2.0};
