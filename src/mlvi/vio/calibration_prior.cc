@@ -127,15 +127,6 @@ TimeOffsets TimeOffsetsOf(const VioWindow& window, const WindowConfig& config) {
 
 }  // namespace
 
-double CalibrationPriorCost(const VioWindow& window, const WindowConfig& config) {
-  double cost = 0.0;
-  for (const Deviation& d : Deviations(window, config)) {
-    cost += d.Cost();
-  }
-  if (window.Layout(config).has_times()) cost += TimeOffsetsOf(window, config).Cost();
-  return cost;
-}
-
 void AddCalibrationPrior(const VioWindow& window, const WindowConfig& config,
                          LinearizedWindow& system) {
   double cost = 0.0;

@@ -17,12 +17,10 @@
 
 namespace mlvi {
 
-// The sum over rotation and position of every pose that is estimated, and over time offsets (the
-// common one, and of each camera the difference to it), of rho(|deviation|^2 / sigma^2) / 2, rho the
+// Adds its cost and its normal equations, reweighted at the present calibration. The cost is the sum
+// over rotation and position of every pose that is estimated, and over time offsets (the common
+// one, and of each camera the difference to it), of rho(|deviation|^2 / sigma^2) / 2, rho the
 // identity for positions. The deviation is from window.nominal.
-double CalibrationPriorCost(const VioWindow& window, const WindowConfig& config);
-
-// Adds its normal equations, reweighted at the present calibration, and its cost.
 void AddCalibrationPrior(const VioWindow& window, const WindowConfig& config,
                          LinearizedWindow& system);
 

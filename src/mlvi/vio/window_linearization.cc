@@ -244,30 +244,23 @@ class FeatureLinearizer {
     AddLidar(feature, row, system, sums);
   }
 
-  // The objective of one feature, and of its bearings their squared residuals in sigmas.
-  double Cost(const WindowFeature& feature, BearingStatistics* statistics = nullptr) const {
-    if (!feature.usable()) return 0.0;
-    double cost = 0.0;
-    const BearingEnd anchor = EndOf(feature.observations.front());
-    const PanoramicRay anchor_ray =
-        evaluator_.RayOf(feature.observations.front().observation, RayRole::kAnchor);
+  // The squared residuals of its bearings, in squared sigmas.
+  BearingStatistics ErrorOf(const WindowFeature& feature) const {
+    BearingStatistics statistics;
+    if (!feature.usable()) return statistics;
+    const WindowObservation& first = feature.observations.front();
+    const PanoramicRay anchor_ray = evaluator_.RayOf(first.observation, RayRole::kAnchor);
     for (std::size_t k = 1; k < feature.observations.size(); ++k) {
       const WindowObservation& o = feature.observations[k];
       const PanoramicRay target_ray = evaluator_.RayOf(o.observation, RayRole::kTarget);
-      const auto residual = evaluator_.Evaluate(anchor_ray, *anchor.place, feature.inverse_depth,
-                                                target_ray, *EndOf(o).place, nullptr);
+      const auto residual =
+          evaluator_.Evaluate(anchor_ray, *EndOf(first).place, feature.inverse_depth, target_ray,
+                              *EndOf(o).place, nullptr);
       if (!residual) continue;
-      const double s =
-          residual->squaredNorm() / BearingVariance(feature.observations.front(), o, config_);
-      cost += 0.5 * LossCost(config_, s);
-      if (statistics != nullptr) statistics->Add(s, target_ray.freedom);
+      statistics.Add(residual->squaredNorm() / BearingVariance(first, o, config_),
+                     target_ray.freedom);
     }
-    if (feature.lidar) {
-      const double s =
-          (feature.inverse_depth - feature.lidar->inverse_depth) / feature.lidar->sigma;
-      cost += 0.5 * kLidarKernel.Cost(s * s);
-    }
-    return cost;
+    return statistics;
   }
 
  private:
@@ -453,36 +446,11 @@ LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, 
   return system;
 }
 
-double WindowCost(const VioWindow& window, const WindowConfig& config, double gravity) {
-  const FeatureLinearizer linearizer(window, config);
-  double cost = ParallelReduce(
-      window.features.size(), kFeaturesPerChunk, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0.0;
-        for (std::size_t f = begin; f < end; ++f) sum += linearizer.Cost(window.features[f]);
-        return sum;
-      },
-      [](double& sum, double part) { sum += part; });
-  for (std::size_t i = 1; i < window.frames.size(); ++i) {
-    cost += 0.5 * ImuError(window, i, gravity).squaredNorm();
-  }
-  for (const WindowFrame& frame : window.frames) cost += RestCost(frame);
-  cost += CalibrationPriorCost(window, config);
-  if (!window.prior.blocks.empty()) {
-    cost += 0.5 * PriorError(window, window.Layout(config)).squaredNorm();
-  }
-  return cost;
-}
-
 std::vector<double> FeatureErrors(const VioWindow& window, const WindowConfig& config) {
   const FeatureLinearizer linearizer(window, config);
   std::vector<double> errors;
   errors.reserve(window.features.size());
-  for (const WindowFeature& feature : window.features) {
-    BearingStatistics statistics;
-    linearizer.Cost(feature, &statistics);
-    errors.push_back(statistics.mean());
-  }
+  for (const WindowFeature& f : window.features) errors.push_back(linearizer.ErrorOf(f).mean());
   return errors;
 }
 

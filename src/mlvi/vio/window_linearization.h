@@ -73,9 +73,6 @@ double BearingVariance(const WindowObservation& anchor, const WindowObservation&
 LinearizedWindow Linearize(const VioWindow& window, const WindowConfig& config, double gravity,
                            const FactorSelection& selection = {});
 
-// The objective alone.
-double WindowCost(const VioWindow& window, const WindowConfig& config, double gravity);
-
 // Mean squared error of each feature, in squared sigmas per axis, at the present estimate; 0 for
 // features without a second observation.
 std::vector<double> FeatureErrors(const VioWindow& window, const WindowConfig& config);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 
 namespace mlvi {
 namespace {
@@ -75,10 +76,10 @@ void Move(VioWindow& window, const WindowConfig& config, const LinearizedWindow&
   }
 }
 
-// One step that lowers the objective, under more damping where needed. False when there is none or
-// it is not worth another linearisation.
+// One step that lowers the objective, under more damping where needed, with `system` linearised anew
+// where it leads to. False when there is none or it is not worth another one.
 bool Improve(VioWindow& window, const WindowConfig& config, double gravity,
-             const LinearizedWindow& system, double& damping, WindowSolution& solution) {
+             LinearizedWindow& system, double& damping, WindowSolution& solution) {
   const Values before(window);
   for (int attempt = 0; attempt < kAttempts; ++attempt, damping *= kDampingFactor) {
     const auto step = SolveDamped(system, damping);
@@ -86,11 +87,13 @@ bool Improve(VioWindow& window, const WindowConfig& config, double gravity,
     solution.solved = true;
     if (step->decrease < config.min_decrease) return false;
     Move(window, config, system, step->step, damping);
-    const double cost = WindowCost(window, config, gravity);
-    if (cost <= system.cost) {
-      solution.final_cost = cost;
+    // An accepted step needs it next; only a rejected one, which is rare, could do with less.
+    LinearizedWindow moved = Linearize(window, config, gravity);
+    if (moved.cost <= system.cost) {
+      const double decrease = system.cost - moved.cost;
+      system = std::move(moved);
       damping = std::max(kFirstDamping, damping / (kDampingFactor * kDampingFactor));
-      return system.cost - cost >= config.min_decrease;
+      return decrease >= config.min_decrease;
     }
     before.Restore(window);
   }
@@ -113,15 +116,14 @@ std::optional<Eigen::MatrixXd> InverseColumns(const Eigen::MatrixXd& upper, int 
 
 WindowSolution SolveWindow(VioWindow& window, const WindowConfig& config, double gravity) {
   WindowSolution solution;
-  LinearizedWindow system;
+  LinearizedWindow system = Linearize(window, config, gravity);
+  solution.initial_cost = system.cost;
   double damping = kFirstDamping;
   for (bool done = false; !done && solution.iterations < config.max_iterations;) {
     ++solution.iterations;
-    system = Linearize(window, config, gravity);
-    if (solution.iterations == 1) solution.initial_cost = system.cost;
-    solution.final_cost = system.cost;
     done = !Improve(window, config, gravity, system, damping, solution);
   }
+  solution.final_cost = system.cost;
   solution.per_camera = system.per_camera;
   solution.information = EliminateFeatures(system);
   return solution;

@@ -13,8 +13,9 @@ struct WindowSolution {
   bool solved = false;  // false: the normal equations are not positive definite or not finite
   int iterations = 0;
   double initial_cost = 0.0, final_cost = 0.0;
-  std::vector<BearingStatistics> per_camera;  // of the last linearisation
-  // The last linearisation with features eliminated, undamped: the information of the estimate.
+  // Both of the window as it is left.
+  std::vector<BearingStatistics> per_camera;
+  // Linearised there, features eliminated, undamped: the information of the estimate.
   ReducedSystem information;
 };
 
