@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mlvi/base/error.h"
+#include "mlvi/sim/averaged_relief.h"
 
 namespace mlvi {
 namespace {
@@ -26,7 +27,8 @@ bool IsSmooth(const Material& material) {
 void PutOnRelief(const World& world, const Material& material, const Eigen::Vector3d& point,
                  const Eigen::Vector3d& direction, const LidarPhysics& physics, LidarEcho& echo) {
   if (physics.plane_surfaces || material.relief.plane()) return;
-  echo.relief = world.relief().ShortensBy(material.relief, point, direction, echo.cosine);
+  const Relief relief = AveragedRelief(material.relief, echo.spread * echo.range, echo.cosine);
+  echo.relief = world.relief().ShortensBy(relief, point, direction, echo.cosine);
   echo.range -= echo.relief;
 }
 
@@ -36,7 +38,8 @@ struct Stretch {
   double travelled = 0.0;  // m
   double energy = 1.0;     // of what it started with
   EchoPath path = EchoPath::kDirect;
-  int depth = 0;  // surfaces met
+  int depth = 0;        // surfaces met
+  double spread = 0.0;  // rad, one sigma of the beam that the ray stands for
 };
 
 void Follow(const WorldSnapshot& world, const Stretch& at, const LidarPhysics& physics,
@@ -48,6 +51,7 @@ LidarEcho EchoAt(const World& world, const Stretch& at, const SurfaceHit& hit,
   const double cosine = -hit.normal.dot(at.direction);
   LidarEcho echo = EchoOf(*hit.material, cosine, at.travelled + hit.range, at.energy);
   echo.path = at.path;
+  echo.spread = at.spread;
   if (hit.object < 0) {
     PutOnRelief(world, *hit.material, at.origin + hit.range * at.direction, at.direction, physics,
                 echo);
@@ -95,6 +99,7 @@ LidarReturn Alone(const LidarEcho& echo) {
           .cosine = echo.cosine,
           .path = echo.path,
           .relief = echo.relief,
+          .spread = echo.spread,
           .echoes = 1};
 }
 
@@ -111,6 +116,7 @@ LidarReturn Joined(std::span<const LidarEcho> echoes) {
           .cosine = strongest->cosine,
           .path = strongest->path,
           .relief = strongest->relief,
+          .spread = strongest->spread,
           .echoes = static_cast<int>(echoes.size())};
 }
 
@@ -160,16 +166,18 @@ std::optional<LidarReturn> ReturnOf(const Pulse& pulse, const Beam& beam,
   const World& world = pulse.world->world();
   const BeamMeets meets = WhatMeets(world, beam);
   if (meets == BeamMeets::kNothing) return std::nullopt;
-  const auto way = [&](std::size_t i) {
-    return Stretch{.origin = pulse.origin, .direction = beam.directions[i]};
+  const auto way = [&](std::size_t i, double spread) {
+    return Stretch{.origin = pulse.origin, .direction = beam.directions[i], .spread = spread};
   };
-  if (meets == BeamMeets::kPlane)
-    return Alone(EchoAt(world, way(0), SurfaceOf(world, beam.hits.front()), physics));
+  if (meets == BeamMeets::kPlane) {
+    const SurfaceHit middle = SurfaceOf(world, beam.hits.front());
+    return Alone(EchoAt(world, way(0, BeamDeviation(physics.beam_divergence)), middle, physics));
+  }
   std::vector<LidarEcho> echoes;
   for (std::size_t i = 0; i < beam.hits.size(); ++i) {
     if (beam.hits[i].range == 0.0F) continue;
     const double weight = beam.hits.size() == 1 ? 1.0 : BeamWeight(i);
-    Return(*pulse.world, way(i), SurfaceOf(world, beam.hits[i]), physics, weight, echoes);
+    Return(*pulse.world, way(i, 0.0), SurfaceOf(world, beam.hits[i]), physics, weight, echoes);
   }
   return StrongestReturn(echoes, physics.pulse_length);
 }
@@ -221,7 +229,7 @@ std::optional<LidarReturn> StrongestReturn(std::vector<LidarEcho>& echoes, doubl
 
 std::array<Eigen::Vector3d, kBeamRays> BeamDirections(const Eigen::Vector3d& direction,
                                                       double divergence) {
-  const double reach = 2.0 * divergence / (2.0 * std::sqrt(2.0 * std::log(2.0)));
+  const double reach = 2.0 * BeamDeviation(divergence);
   const Eigen::Vector3d u = reach * direction.unitOrthogonal(), v = direction.cross(u);
   return {direction, (direction + u).normalized(), (direction + v).normalized(),
           (direction - u).normalized(), (direction - v).normalized()};

@@ -29,6 +29,7 @@ struct LidarEcho {
   EchoPath path = EchoPath::kDirect;
   double weight = 1.0;  // share of the pulse
   double relief = 0.0;  // m, by which `range` ends before the mesh (Material::relief)
+  double spread = 0.0;  // rad, one sigma: the relief is its mean over a beam of that width
   double power() const { return weight * reflectivity / (range * range); }
 };
 
@@ -39,7 +40,7 @@ struct LidarReturn {
   double reflectivity = 0.0;             // of all together
   double cosine = 1.0;                   // of the strongest
   EchoPath path = EchoPath::kDirect;     // of the strongest
-  double relief = 0.0;                   // m, of the strongest
+  double relief = 0.0, spread = 0.0;     // m, rad, of the strongest
   int echoes = 0;
 
   // Of several places: lies between its surfaces, on none of them.
@@ -71,7 +72,11 @@ std::optional<LidarReturn> StrongestReturn(std::vector<LidarEcho>& echoes, doubl
 // of 1/8 each, which has its moments up to the third.
 constexpr std::size_t kBeamRays = 5;
 constexpr double BeamWeight(std::size_t ray) { return ray == 0 ? 0.5 : 0.125; }
-// Unit vectors; `divergence` as in LidarPhysics.
+// rad; `divergence` as in LidarPhysics.
+constexpr double BeamDeviation(double divergence) {
+  return divergence / 2.35482;  // 2 sqrt(2 ln 2)
+}
+// Unit vectors.
 std::array<Eigen::Vector3d, kBeamRays> BeamDirections(const Eigen::Vector3d& direction,
                                                       double divergence);
 
@@ -86,7 +91,8 @@ struct Pulse {
 
 // What the receiver makes a range of, up to physics.max_range, before errors of range: of up to so
 // many pulses in one world, which are traced at once (quickest where they run much the same way).
-// Where the whole beam meets one diffuse plane, that is the echo of its middle.
+// Where the whole beam meets one diffuse plane, that is the echo of its middle, on the mean of the
+// relief over the beam.
 constexpr std::size_t kPulsesTogether = 3;
 using PulseReturns = std::array<std::optional<LidarReturn>, kPulsesTogether>;
 PulseReturns ReceivePulses(std::span<const Pulse> pulses, const LidarPhysics& physics);

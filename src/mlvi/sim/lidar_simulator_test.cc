@@ -9,6 +9,7 @@
 #include <map>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/sim/averaged_relief.h"
 #include "mlvi/sim/recording.h"
 #include "mlvi/sim/test_rigs.h"
 
@@ -93,14 +94,16 @@ struct Candidate {
 };
 void Collect(const WorldSnapshot& world, const Eigen::Vector3d& origin,
              const Eigen::Vector3d& direction, const Candidate& way, int surfaces,
-             std::vector<Candidate>& found) {
+             std::vector<Candidate>& found, double spread = 0.0) {
   const auto hit = world.Cast(origin, direction, 300.0);
   if (!hit) return;
   const Material& material = *hit->material;
   Candidate here{.range = way.range + hit->range, .path = way.path};
   if (hit->object < 0) {
+    const double cosine = -hit->normal.dot(direction);
     here.relief = world.world().relief().ShortensBy(
-        material.relief, origin + hit->range * direction, direction, -hit->normal.dot(direction));
+        AveragedRelief(material.relief, spread * hit->range, cosine),
+        origin + hit->range * direction, direction, cosine);
   }
   found.push_back(here);
   if (surfaces == 1 || (material.transmission == 0.0 && material.lidar_mirror == 0.0)) return;
@@ -241,7 +244,11 @@ TEST_P(Echoes, DirectReturnsEndOnTheReliefOfTheirSurface) {
     const auto hit = shot.world.Cast(shot.origin, direction, 300.0);
     if (!hit || hit->object >= 0 || truth.cosine < 0.2) return;
     if (std::abs(truth.range + truth.relief - hit->range) > 1e-3) return;  // the test above
-    const Relief& relief = hit->material->relief;
+    // Where two surfaces lie in one place either is met.
+    const Eigen::Vector3d behind = shot.origin + (hit->range + 1e-4) * direction;
+    if (shot.world.Cast(behind, direction, 1e-3)) return;
+    const Relief relief =
+        AveragedRelief(hit->material->relief, truth.spread * hit->range, truth.cosine);
     const Eigen::Vector3d end = shot.origin + truth.range * direction;
     const double height = hit->normal.dot(end - shot.origin - hit->range * direction);
     const double there = shot.world.world().relief().HeightAt(relief, end);
@@ -284,6 +291,7 @@ TEST_P(Echoes, MixedPixelsLieBetweenSurfaces) {
     std::vector<Candidate> candidates;
     for (const Eigen::Vector3d& direction : beam)
       Collect(shot.world, shot.origin, direction, {}, 3, candidates);
+    Collect(shot.world, shot.origin, beam.front(), {}, 1, candidates, truth.spread);
     const auto meets = [&](double range) {
       return std::ranges::any_of(candidates, [&](const Candidate& c) {
         return std::abs(c.range - c.relief - range) < 2e-3;

@@ -148,7 +148,7 @@ Recording::Recording(SequenceOptions options, RecordingForm form)
   place_.world.StartClock(options_.begin);
   if (options_.carried) {
     place_.world.AddMover(
-        MakeOperator(motion_, CarriedOrientation(options_.rig.true_rig),
+        MakeOperator(place_.world, motion_, CarriedOrientation(options_.rig.true_rig),
                      {.distance = DistanceBehind(options_.rig.true_rig), .height = kHandheldHeight},
                      RandomStream(options_.seed, "operator")));
   }

@@ -309,6 +309,32 @@ TEST(StandardSequence, GivesTheErrorsOfARigsImuToThatRigOnly) {
   EXPECT_EQ(told.gyroscope_random_walk, 8.3e-6);
 }
 
+// Nothing of the person jumps, least of all where splines have their knots; and the hips are above
+// the ground by the length of the legs, on stairs and in the mine, too.
+TEST(Operators, WalkSmoothlyOnTheGround) {
+  for (const std::string name : {"quad-hard", "undermine-hard", "stairs"}) {
+    const Recording recording(StandardSequence(name, RigOf(*FindSequence(name)), 20.0));
+    const int person = static_cast<int>(recording.world().movers().size()) - 1;
+    double jump = 0.0, stands = 0.0, n = 0.0;
+    for (int step = 1; step < 190; ++step) {
+      const Time time = recording.begin() + Duration::FromMilliseconds(100) * step;
+      const WorldSnapshot before = recording.world().At(time - Duration::FromNanoseconds(2000)),
+                          after = recording.world().At(time + Duration::FromNanoseconds(2000));
+      for (int part = 0; part < 10; ++part) {
+        const Eigen::Vector3d end(0.0, 0.0, -0.5);
+        jump = std::max(
+            jump, (before.PoseOf(person, part) * end - after.PoseOf(person, part) * end).norm());
+      }
+      const Eigen::Vector3d hips = after.PoseOf(person, 0).translation();
+      const auto ground = recording.world().Cast(hips, -Eigen::Vector3d::UnitZ(), 3.0);
+      ASSERT_TRUE(ground.has_value()) << name << " " << step;
+      stands += ground->range, n += 1.0;
+    }
+    EXPECT_LT(jump, 1e-3) << name;  // 4 us of a fast limb are 0.04 mm
+    EXPECT_THAT(stands / n, AllOf(Ge(0.85), Le(1.0))) << name;
+  }
+}
+
 std::string Identifier(std::string name) {
   std::replace(name.begin(), name.end(), '-', '_');
   return name;

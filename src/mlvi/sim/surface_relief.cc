@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "mlvi/base/random.h"
+#include "mlvi/sim/averaged_relief.h"
 
 namespace mlvi {
 namespace {
@@ -33,13 +34,91 @@ std::size_t IndexOf(int x, int y, int z) {
 
 // Between the axes of the world and those of the lattice: no wall lies along its planes.
 Eigen::Vector3d Aslant(const Eigen::Vector3d& p) {
-  return {0.6 * p.x() + 0.64 * p.y() + 0.48 * p.z(), -0.8 * p.x() + 0.48 * p.y() + 0.36 * p.z(),
-          -0.6 * p.y() + 0.8 * p.z()};
+  // The rotation of least repetition among 300 drawn: rational directions would repeat soon.
+  return {0.285878 * p.x() + 0.849891 * p.y() - 0.442672 * p.z(),
+          -0.820561 * p.x() + 0.455702 * p.y() + 0.344987 * p.z(),
+          0.494928 * p.x() + 0.264615 * p.y() + 0.827662 * p.z()};
+}
+
+// Heights of bumps of that rms stay below.
+double BoundOf(double rms) { return 1.03 * kLargest / kJoinedRms * rms; }
+
+// Slopes along a ray stay below, but for a few in ten thousand places: four times their rms.
+// Smoothsteps have slopes of rms sqrt(2.4 / (26/35)) per bump and rms of heights.
+double SteepnessOf(double rms, double size) { return 4.0 * 1.797 * rms / size; }
+
+// Where a function goes from negative to positive: narrowed by secants (Illinois).
+struct Bracket {
+  double low, high, at_low, at_high;
+  int side = 0;  // of the end that moved last
+
+  double Secant() const { return low - at_low * (high - low) / (at_high - at_low); }
+  void Narrow(double s, double f) {
+    if (f < 0.0) {
+      low = s, at_low = f;
+      if (side < 0) at_high *= 0.5;
+    } else {
+      high = s, at_high = f;
+      if (side > 0) at_low *= 0.5;
+    }
+    side = f < 0.0 ? -1 : 1;
+  }
+};
+
+struct Sample {
+  double s, value;
+};
+
+// Where the parabola through three places, the middle one the lowest, is lowest.
+double LowestBetween(const Sample& a, const Sample& b, const Sample& c) {
+  const double left = (b.s - a.s) * (b.value - c.value), right = (b.s - c.s) * (b.value - a.value);
+  return b.s - 0.5 * ((b.s - a.s) * left - (b.s - c.s) * right) / (left - right);
+}
+
+// Narrows the bracket to the first place, from its upper end, where f is negative: steps as far as
+// a function of that `slope` stays positive, but at least `least`. Steps over the tip of a bump
+// show by what they rise on its far side.
+template <typename Function>
+void FollowDown(const Function& f, double least, double slope, Bracket& bracket) {
+  Sample before{bracket.high, f(bracket.high)}, last = before;
+  while (last.s > bracket.low) {
+    Sample next{.s = std::max(bracket.low, last.s - std::max(least, last.value / slope))};
+    next.value = f(next.s);
+    if (last.value < before.value && last.value < next.value) {
+      Sample tip{.s = LowestBetween(before, last, next)};
+      tip.value = f(tip.s);
+      if (tip.value < 0.0) {
+        if (tip.s > last.s) last = before;
+        next = tip;
+      }
+    }
+    before = last, last = next;
+    if (last.value < 0.0) break;
+  }
+  bracket.high = before.s, bracket.at_high = before.value;
+  bracket.low = last.s, bracket.at_low = last.value;
 }
 
 }  // namespace
 
-double Relief::bound() const { return 1.03 * kLargest / kJoinedRms * (fine + coarse); }
+double Relief::bound() const { return BoundOf(fine + coarse); }
+
+// The covariance of heights is nearly exp(-r^2 / (2 l^2)) with l of 0.55 bumps: 0.556 by its
+// curvature, 0.537 by its integral. A Gaussian window of deviation d along one direction leaves
+// 1 / sqrt(1 + 2 d^2 / l^2) of the variance.
+Relief AveragedRelief(const Relief& relief, double deviation, double cosine) {
+  const double along = deviation / std::max(cosine, kGrazing);
+  const auto left = [&](double size) {
+    const double l2 = 0.5 * (0.55 * size) * (0.55 * size);
+    const double variance2 = (1.0 + deviation * deviation / l2) * (1.0 + along * along / l2);
+    return 1.0 / std::sqrt(std::sqrt(variance2));
+  };
+  if (deviation <= 0.0) return relief;
+  Relief mean = relief;
+  mean.fine *= left(relief.fine_size);
+  mean.coarse *= left(relief.coarse_size);
+  return mean;
+}
 
 SurfaceRelief::SurfaceRelief() : lattice_(kSide * kSide * kSide) {
   RandomStream random(1, "surface relief");
@@ -110,29 +189,42 @@ double SurfaceRelief::HeightAt(const Relief& relief, const Eigen::Vector3d& poin
   return FineOn(relief, ray, 0.0) + CoarseOn(relief, ray, 0.0);
 }
 
-// The root of f(s) = s cosine - h(point - s direction), which goes from negative to positive within
-// the bound of heights. Nearly everywhere f grows as s cosine, so that the second step meets it; the
-// others are secants within the bracket that they narrow (Illinois).
+// The largest root of f(s) = s cosine - h(point - s direction), which is positive where the ray is
+// above the surface and negative within: between the bounds of heights. Where bumps are less steep
+// than the ray, f grows all the way, much as s cosine, and has no other.
 double SurfaceRelief::ShortensBy(const Relief& relief, const Eigen::Vector3d& point,
                                  const Eigen::Vector3d& direction, double cosine) const {
   if (relief.plane()) return 0.0;
   const double c = std::max(cosine, kGrazing), reach = relief.bound();
   const Ray ray(relief, point, direction);
-  double low = -reach / c, high = reach / c, at_low = -reach, at_high = reach, s = 0.0;
-  int side = 0;  // of the end that moved last
+  const auto above_waves = [&](double s) { return s * c - CoarseOn(relief, ray, s); };
+  const auto above = [&](double s) { return above_waves(s) - FineOn(relief, ray, s); };
+  Bracket root{.low = -reach / c, .high = reach / c, .at_low = -reach, .at_high = reach};
+  const double waves = SteepnessOf(relief.coarse, relief.coarse_size),
+               bumps = SteepnessOf(relief.fine, relief.fine_size),
+               steepness = std::hypot(waves, bumps);
+  double s = 0.0;
+  if (steepness < c) {
+    const double f = above(0.0);
+    if (std::abs(f) < kExact) return 0.0;
+    root.Narrow(0.0, f);
+    s = -f / c;
+    if (s <= root.low || s >= root.high) s = root.Secant();
+  } else {
+    const double least = 0.25 * (relief.fine > 0.0 ? relief.fine_size : relief.coarse_size);
+    // Down to where fine bumps may be, then among them.
+    Bracket above_bumps = root;
+    FollowDown([&](double at) { return above_waves(at) - BoundOf(relief.fine); }, least, c + waves,
+               above_bumps);
+    root.high = above_bumps.high;
+    FollowDown(above, least, c + steepness, root);
+    s = root.Secant();
+  }
   for (int step = 0; step < kMostSteps; ++step) {
-    const double f = s * c - FineOn(relief, ray, s) - CoarseOn(relief, ray, s);
+    const double f = above(s);
     if (std::abs(f) < kExact) break;
-    if (f < 0.0) {
-      low = s, at_low = f;
-      if (side < 0) at_high *= 0.5;
-    } else {
-      high = s, at_high = f;
-      if (side > 0) at_low *= 0.5;
-    }
-    side = f < 0.0 ? -1 : 1;
-    const double secant = low - at_low * (high - low) / (at_high - at_low), straight = s - f / c;
-    s = step == 0 && straight > low && straight < high ? straight : secant;
+    root.Narrow(s, f);
+    s = root.Secant();
   }
   return s;
 }

@@ -23,9 +23,9 @@ struct Relief {
   double bound() const;
 };
 
-// Heights as a function of the place in space, so that a bump stands where it stands, seen from
-// anywhere and at any time: it does not average out. Value noise of normal lattice values (joined
-// by smoothsteps; repeats every 16 bumps) on axes aslant to those of buildings.
+// Heights as a function of the place in space: a bump stands where it stands, seen from anywhere and
+// at any time, and does not average out. Value noise of normal lattice values joined by smoothsteps,
+// on axes aslant to those of buildings: it repeats nowhere within 1200 bumps along a wall.
 class SurfaceRelief {
  public:
   SurfaceRelief();
@@ -34,8 +34,8 @@ class SurfaceRelief {
   double HeightAt(const Relief& relief, const Eigen::Vector3d& point) const;
   // By how much, in m, the ray along the unit vector `direction` ends before `point`, where it
   // meets the mesh under the angle of incidence with that `cosine`: at x = point - result *
-  // direction it is HeightAt(x) away from the plane of the mesh there. Below a cosine of 0.2 as if
-  // it were that: nothing is known of what shadows what.
+  // direction it is HeightAt(x) away from the plane of the mesh there, and farther all the way
+  // before. Below a cosine of 0.2 as if it were that: nothing is known of what shadows what.
   double ShortensBy(const Relief& relief, const Eigen::Vector3d& point,
                     const Eigen::Vector3d& direction, double cosine) const;
 

@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 
 #include "mlvi/base/random.h"
+#include "mlvi/sim/averaged_relief.h"
 
 namespace mlvi {
 namespace {
@@ -85,6 +88,87 @@ TEST(SurfaceRelief, EndsRaysOnOneSurfaceSeenFromAnywhere) {
       off += std::abs(normal.dot(end - on_plane) - surface.HeightAt(relief, end)) > 3e-4;
     }
     EXPECT_LT(off, kRays / 200);
+  }
+}
+
+// Of all places where a ray crosses the surface it ends on the first, at any angle.
+TEST(SurfaceRelief, EndsRaysWhereTheyFirstMeetIt) {
+  const SurfaceRelief surface;
+  const Relief grass{.fine = 0.012, .fine_size = 0.1, .coarse = 0.02, .coarse_size = 0.5},
+      rock{.fine = 0.012, .fine_size = 0.12, .coarse = 0.02, .coarse_size = 0.4},
+      asphalt{.fine = 0.002, .fine_size = 0.1, .coarse = 0.004, .coarse_size = 0.7};
+  RandomStream random(6);
+  for (const Relief& relief : {grass, rock, asphalt}) {
+    for (const double cosine : {0.2, 0.3, 0.5, 0.8}) {
+      int early = 0, off = 0;
+      constexpr int kRays = 2000;
+      for (int i = 0; i < kRays; ++i) {
+        const Eigen::Vector3d normal = RandomPoint(random, 1.0).normalized(),
+                              on_plane = RandomPoint(random, 20.0);
+        const Eigen::Vector3d direction =
+            -cosine * normal + std::sqrt(1.0 - cosine * cosine) * normal.unitOrthogonal();
+        const auto above = [&](double s) {
+          return s * cosine - surface.HeightAt(relief, on_plane - s * direction);
+        };
+        const double s = surface.ShortensBy(relief, on_plane, direction, cosine);
+        off += std::abs(above(s)) > 3e-4;
+        bool crossed = false;
+        for (double t = relief.bound() / cosine; t > s + 0.005; t -= 0.002)
+          crossed = crossed || above(t) < 0.0;
+        early += crossed;
+      }
+      // Tips of bumps narrower than a quarter of a bump, 1 mm over the ray, may be passed.
+      EXPECT_LE(early, kRays / 400) << relief.fine << " " << cosine;
+      EXPECT_LE(off, kRays / 1000) << relief.fine << " " << cosine;
+    }
+  }
+}
+
+// The relief that a beam sees is as rough as means of heights over what it lights are.
+TEST(SurfaceRelief, IsAveragedOverTheBeam) {
+  const SurfaceRelief surface;
+  const Relief relief{.fine = 0.01, .fine_size = 0.1};
+  RandomStream random(7);
+  for (const auto& [deviation, cosine] :
+       {std::pair{0.02, 1.0}, std::pair{0.02, 0.4}, std::pair{0.05, 1.0}, std::pair{0.05, 0.4}}) {
+    double squares = 0.0;
+    constexpr int kPlaces = 1500, kSamples = 60;
+    for (int i = 0; i < kPlaces; ++i) {
+      const Eigen::Vector3d place = RandomPoint(random, 30.0);
+      const Eigen::Vector3d u = RandomPoint(random, 1.0).normalized(), v = u.unitOrthogonal();
+      // Two halves of the samples: their product has no share of the samples' own noise.
+      std::array<double, 2> mean{};
+      for (int k = 0; k < kSamples; ++k) {
+        const double a = deviation * random.Normal(), b = deviation / cosine * random.Normal();
+        mean[static_cast<std::size_t>(k % 2)] +=
+            2.0 / kSamples * surface.HeightAt(relief, place + a * u + b * v);
+      }
+      squares += mean[0] * mean[1] / kPlaces;
+    }
+    // Squares of normal numbers have the deviation sqrt(2): 4 % of their mean, the model 5 %.
+    const double promised = AveragedRelief(relief, deviation, cosine).fine;
+    EXPECT_NEAR(squares / (promised * promised), 1.0, 0.15) << deviation << " " << cosine;
+  }
+  EXPECT_EQ(AveragedRelief(relief, 0.0, 0.5).fine, relief.fine);
+}
+
+// Nowhere along the axes of buildings does it come again.
+TEST(SurfaceRelief, DoesNotRepeatAlongWalls) {
+  const SurfaceRelief surface;
+  const Relief relief{.fine = 0.01, .fine_size = 0.1};
+  RandomStream random(8);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int bumps = 4; bumps < 500; ++bumps) {
+      double product = 0.0;
+      constexpr int kPlaces = 40;
+      for (int i = 0; i < kPlaces; ++i) {
+        const Eigen::Vector3d place = RandomPoint(random, 20.0);
+        product += surface.HeightAt(relief, place) *
+                   surface.HeightAt(relief, place + 0.1 * bumps * Eigen::Vector3d::Unit(axis));
+      }
+      // 1 where it repeats; else as 40 products of normal numbers.
+      EXPECT_LT(product / kPlaces / (relief.fine * relief.fine), 0.8) << axis << " " << bumps;
+    }
   }
 }
 

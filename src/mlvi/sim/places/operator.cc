@@ -39,14 +39,29 @@ Eigen::Vector3d Elbow(const Eigen::Vector3d& shoulder, const Eigen::Vector3d& ha
 struct Track {
   PoseSpline hips;
   std::vector<double> walked;  // m
+
+  // m, from half a knot before to half a knot behind.
+  double StepAt(std::size_t knot) const {
+    const std::size_t next = std::min(knot + 1, walked.size() - 1),
+                      last = knot - std::min<std::size_t>(knot, 1);
+    return (walked[next] - walked[last]) / static_cast<double>(next - last);
+  }
 };
 
-Track Follow(const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
+// The height of the ground under a place at the height of the rig, as a walker expects it.
+double GroundUnder(const World& world, const Eigen::Vector3d& place, const Carrying& carrying) {
+  constexpr double kStep = 0.35;  // m: treads behind; what stands higher is no ground
+  const auto hit = world.Cast(place, -Eigen::Vector3d::UnitZ(), carrying.height + kStep);
+  const bool ground = hit && hit->range > carrying.height - kStep;
+  return place.z() - (ground ? hit->range : carrying.height);
+}
+
+Track Follow(const World& world, const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
              const Carrying& carrying, double hips) {
   const double dt = kKnots.seconds();
   const auto knots =
       static_cast<std::size_t>(std::ceil((motion.end() - motion.begin()).seconds() / dt)) + 4;
-  std::vector<double> x, y, z, heading;
+  std::vector<double> x, y, z, heading, ground;
   for (std::size_t i = 0; i < knots; ++i) {
     const Time time = motion.begin() + kKnots * (static_cast<std::int64_t>(i) - 1);
     const Pose3 T_world_body = motion.PoseAt(std::clamp(time, motion.begin(), motion.end()));
@@ -61,13 +76,20 @@ Track Follow(const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
   }
   for (std::vector<double>* values : {&x, &y, &z}) *values = SmoothOpen(*values, kFollow / dt);
   heading = SmoothOpen(heading, kTurn / dt);
+  const auto place = [&](std::size_t i) -> Eigen::Vector3d {
+    const Eigen::Vector3d behind =
+        ExpSo3({0.0, 0.0, heading[i]}) * Eigen::Vector3d(-carrying.distance, 0.0, 0.0);
+    return Eigen::Vector3d(x[i], y[i], z[i]) + behind;
+  };
+  for (std::size_t i = 0; i < knots; ++i) ground.push_back(GroundUnder(world, place(i), carrying));
+  ground = SmoothOpen(ground, kFollow / dt);
   std::vector<Pose3> poses;
   std::vector<double> walked = {0.0};
   for (std::size_t i = 0; i < knots; ++i) {
     if (i > 0) walked.push_back(walked.back() + std::hypot(x[i] - x[i - 1], y[i] - y[i - 1]));
-    const Eigen::Quaterniond turn = ExpSo3({0.0, 0.0, heading[i]});
-    const Eigen::Vector3d behind(-carrying.distance, 0.0, hips - carrying.height);
-    poses.emplace_back(turn, Eigen::Vector3d(x[i], y[i], z[i]) + turn * behind);
+    const Eigen::Vector3d at = place(i);
+    poses.emplace_back(ExpSo3({0.0, 0.0, heading[i]}),
+                       Eigen::Vector3d(at.x(), at.y(), ground[i] + hips));
   }
   return {.hips = PoseSpline(motion.begin(), kKnots, std::move(poses)),
           .walked = std::move(walked)};
@@ -75,22 +97,23 @@ Track Follow(const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
 
 class Bearer {
  public:
-  Bearer(const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
+  Bearer(const World& world, const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
          const Carrying& carrying, const Build& build)
       : motion_(motion),
         R_carrier_body_(R_carrier_body),
         carrying_(carrying),
         build_(build),
-        track_(Follow(motion, R_carrier_body, carrying, build.hips())) {}
+        track_(Follow(world, motion, R_carrier_body, carrying, build.hips())) {}
 
   void Poses(double seconds, std::span<Pose3> T_world_part) const {
     const Time time = std::clamp(motion_.begin() + Duration::FromSeconds(seconds), motion_.begin(),
                                  motion_.end());
     const double knot = 1.0 + (time - motion_.begin()).seconds() / kKnots.seconds();
     const auto i = std::min(static_cast<std::size_t>(knot), track_.walked.size() - 2);
-    const double step = track_.walked[i + 1] - track_.walked[i];
-    const double phase = 2.0 * std::numbers::pi / kStride *
-                         (track_.walked[i] + (knot - static_cast<double>(i)) * step);
+    const double share = knot - static_cast<double>(i);
+    const double walked = std::lerp(track_.walked[i], track_.walked[i + 1], share);
+    const double phase = 2.0 * std::numbers::pi / kStride * walked;
+    const double step = std::lerp(track_.StepAt(i), track_.StepAt(i + 1), share);
     const double pace = std::min(1.0, step / kKnots.seconds() / 1.2);
     const Pose3 T_world_hips = track_.hips.PoseAt(time);
     const Pose3 sway(ExpSo3({0.05 * pace * std::sin(phase), 0.03, 0.06 * pace * std::sin(phase)}),
@@ -137,11 +160,13 @@ class Bearer {
 
 }  // namespace
 
-MovingObject MakeOperator(const PoseSpline& motion, const Eigen::Quaterniond& R_carrier_body,
-                          const Carrying& carrying, RandomStream random) {
+MovingObject MakeOperator(const World& world, const PoseSpline& motion,
+                          const Eigen::Quaterniond& R_carrier_body, const Carrying& carrying,
+                          RandomStream random) {
   const Build build = BuildOf(random.Uniform(1.7, 1.85), random.Uniform(0.14, 0.16));
   MovingObject person{.name = "operator", .parts = BodyMeshes(build, ClothesOf(random))};
-  const auto bearer = std::make_shared<const Bearer>(motion, R_carrier_body, carrying, build);
+  const auto bearer =
+      std::make_shared<const Bearer>(world, motion, R_carrier_body, carrying, build);
   person.poses = [bearer](double seconds, std::span<Pose3> T_world_part) {
     bearer->Poses(seconds, T_world_part);
   };
