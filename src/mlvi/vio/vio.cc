@@ -233,7 +233,8 @@ Expected<OdometryEstimate> Vio::Impl::FirstState() const {
                             .frames = frames,
                             .samples = history.samples(),
                             .T_body_pano = tracker.model().T_body_pano(),
-                            .pixel_sigma = config.window.pixel_sigma},
+                            .pixel_sigma = config.window.pixel_sigma,
+                            .time_offsets = window.window().calibration.time_offsets},
                            imu_spec, gravity, config.start);
   if (!start) return tl::unexpected(start.error());
   const OdometryEstimate first{.state = start->states.back(), .covariance = start->covariance};

@@ -7,7 +7,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,38 +29,48 @@ constexpr int kFewestViews = 3;
 constexpr double kBiasStep = 1e-3;  // rad/s
 constexpr int kMaxPaths = 4;
 
-// Images nearer to the stamp of their set are taken as of it.
+// Images nearer to an instant of the path than this are taken as of it.
 constexpr Duration kTogether = Duration::FromNanoseconds(500'000);
 
 // When the image of a camera was taken.
-Time InstantOf(const FrameInstant& frame, int camera) {
-  const auto index = static_cast<std::size_t>(camera);
-  const Duration delay = index < frame.delays.size() ? frame.delays[index] : Duration();
-  return -delay < kTogether ? frame.stamp : frame.stamp + delay;
+Time TakenAt(const StartData& data, const FrameInstant& frame, std::size_t camera) {
+  const Duration delay = camera < frame.delays.size() ? frame.delays[camera] : Duration();
+  const double offset = camera < data.time_offsets.size() ? data.time_offsets[camera] : 0.0;
+  return frame.stamp + delay + Duration::FromSeconds(offset);
 }
 
-// Of all frames and their images, from the first frame on, ascending.
-std::vector<Time> InstantsOf(std::span<const FrameInstant> frames) {
+// Of ascending instants, at least one, that which `time` belongs to; empty when it is of none.
+std::optional<std::size_t> InstantAt(std::span<const Time> instants, Time time) {
+  auto nearest = std::lower_bound(instants.begin(), instants.end(), time);
+  if (nearest == instants.end() ||
+      (nearest != instants.begin() && time - *std::prev(nearest) < *nearest - time)) {
+    --nearest;
+  }
+  const Duration apart = *nearest - time;
+  if (apart >= kTogether || -apart >= kTogether) return std::nullopt;
+  return static_cast<std::size_t>(nearest - instants.begin());
+}
+
+// The stamps of all frames, and the instants of their images as far as the IMU covers them: those
+// of the last set may be taken after all samples, those of the first one before its stamp.
+std::vector<Time> InstantsOf(const StartData& data) {
   std::vector<Time> instants;
-  for (const FrameInstant& frame : frames) {
-    instants.push_back(frame.stamp);
-    for (std::size_t c = 0; c < frame.delays.size(); ++c) {
-      instants.push_back(std::max(frames.front().stamp, InstantOf(frame, static_cast<int>(c))));
+  for (const FrameInstant& frame : data.frames) instants.push_back(frame.stamp);
+  for (const FrameInstant& frame : data.frames) {
+    const std::size_t cameras = std::max(frame.delays.size(), data.time_offsets.size());
+    for (std::size_t camera = 0; camera < cameras; ++camera) {
+      const Time taken = TakenAt(data, frame, camera);
+      if (taken < data.frames.front().stamp || taken > data.samples.back().stamp) continue;
+      if (InstantAt(instants, taken)) continue;
+      instants.insert(std::upper_bound(instants.begin(), instants.end(), taken), taken);
     }
   }
-  std::sort(instants.begin(), instants.end());
-  instants.erase(std::unique(instants.begin(), instants.end()), instants.end());
   return instants;
 }
 
-std::size_t IndexOf(std::span<const Time> instants, Time instant) {
-  return static_cast<std::size_t>(std::lower_bound(instants.begin(), instants.end(), instant) -
-                                  instants.begin());
-}
-
-std::vector<internal::FeatureViews> ViewsWithin(const StartData& data) {
+std::vector<internal::FeatureViews> ViewsWithin(const StartData& data,
+                                                std::span<const Time> instants) {
   std::vector<internal::FeatureViews> features;
-  const std::vector<Time> instants = InstantsOf(data.frames);
   for (const Track& track : data.tracks) {
     internal::FeatureViews views;
     for (const TrackObservation& seen : track.observations) {
@@ -66,9 +78,9 @@ std::vector<internal::FeatureViews> ViewsWithin(const StartData& data) {
           std::lower_bound(data.frames.begin(), data.frames.end(), seen.frame,
                            [](const FrameInstant& f, const FrameId& id) { return f.id < id; });
       if (frame == data.frames.end() || frame->id != seen.frame) continue;
-      const Time instant = InstantOf(*frame, seen.observation.camera);
-      if (instant < instants.front()) continue;
-      views.push_back({IndexOf(instants, instant), seen.observation});
+      const auto camera = static_cast<std::size_t>(seen.observation.camera);
+      if (const auto instant = InstantAt(instants, TakenAt(data, *frame, camera)))
+        views.push_back({*instant, seen.observation});
     }
     if (static_cast<int>(views.size()) >= kFewestViews) features.push_back(std::move(views));
   }
@@ -88,20 +100,13 @@ double MedianMotion(std::span<const internal::FeatureViews> features) {
   return *middle;
 }
 
-Expected<void> CheckEnough(const StartData& data, std::size_t tracks,
-                           const VisualInertialStartConfig& config) {
+Expected<void> CheckCoverage(const StartData& data, const VisualInertialStartConfig& config) {
   const double seconds =
       data.frames.empty() ? 0.0 : (data.frames.back().stamp - data.frames.front().stamp).seconds();
   if (seconds < config.min_seconds) {
     return MakeError(ErrorKind::kEstimation,
                      "a visual start needs images over {:.1f} s, got {:.2f} s", config.min_seconds,
                      seconds);
-  }
-  if (static_cast<int>(tracks) < config.min_tracks) {
-    return MakeError(ErrorKind::kEstimation,
-                     "a visual start needs {} tracks, got {} in {:.1f} s: dark, bare or blurred "
-                     "images, or masks that leave too little",
-                     config.min_tracks, tracks, seconds);
   }
   if (data.samples.empty() || data.samples.front().stamp > data.frames.front().stamp ||
       data.samples.back().stamp < data.frames.back().stamp) {
@@ -112,6 +117,16 @@ Expected<void> CheckEnough(const StartData& data, std::size_t tracks,
         ToString(data.frames.front().stamp), ToString(data.frames.back().stamp));
   }
   return {};
+}
+
+Expected<void> CheckTracks(const StartData& data, std::size_t tracks,
+                           const VisualInertialStartConfig& config) {
+  if (static_cast<int>(tracks) >= config.min_tracks) return {};
+  return MakeError(ErrorKind::kEstimation,
+                   "a visual start needs {} tracks, got {} in {:.1f} s: dark, bare or blurred "
+                   "images, or masks that leave too little",
+                   config.min_tracks, tracks,
+                   (data.frames.back().stamp - data.frames.front().stamp).seconds());
 }
 
 // The state at rest, at every frame.
@@ -127,9 +142,8 @@ struct Alignment {
   InertialPath::Excitation excitation;
 };
 
-Alignment Align(const StartData& data, const internal::AlignmentData& features, const ImuSpec& imu,
-                double gravity) {
-  const std::vector<Time> instants = InstantsOf(data.frames);
+Alignment Align(const StartData& data, std::span<const Time> instants,
+                const internal::AlignmentData& features, const ImuSpec& imu, double gravity) {
   ImuBias bias;
   InertialPath path(instants, data.samples, bias, imu);
   internal::RefinedAlignment refined = internal::RefineAlignment(
@@ -235,10 +249,10 @@ Matrix15d BiasWalk(const ImuNoise& noise, double seconds) {
   return result;
 }
 
-Initialization StatesOf(const StartData& data, const internal::RefinedAlignment& refined,
-                        double scale, const ImuSpec& imu) {
+Initialization StatesOf(const StartData& data, std::span<const Time> instants,
+                        const internal::RefinedAlignment& refined, double scale,
+                        const ImuSpec& imu) {
   const InertialUnknowns& unknowns = refined.alignment.unknowns;
-  const std::vector<Time> instants = InstantsOf(data.frames);
   const InertialPath path(instants, data.samples, unknowns.bias, imu);
   const Eigen::Quaterniond R_world_first = LevelRotation(-unknowns.gravity);
   const Pose3 T_world_first(R_world_first, Eigen::Vector3d::Zero());
@@ -246,7 +260,7 @@ Initialization StatesOf(const StartData& data, const internal::RefinedAlignment&
   const std::vector<InertialPath::Step> steps =
       path.Steps(unknowns, refined.alignment.disturbances);
   for (const FrameInstant& frame : data.frames) {
-    const InertialPath::Step& step = steps[IndexOf(instants, frame.stamp)];
+    const InertialPath::Step& step = steps[*InstantAt(instants, frame.stamp)];
     start.states.push_back({.stamp = frame.stamp,
                             .T_world_body = T_world_first * step.T_first_body,
                             .v_world_body = R_world_first * step.velocity,
@@ -289,8 +303,12 @@ void VisualInertialStartConfig::Declare(ConfigDeclaration& d) {
 Expected<Initialization> InitializeFromTracks(const StartData& data, const ImuSpec& imu,
                                               double gravity,
                                               const VisualInertialStartConfig& config) {
-  const std::vector<internal::FeatureViews> features = ViewsWithin(data);
-  if (auto enough = CheckEnough(data, features.size(), config); !enough) {
+  if (auto covered = CheckCoverage(data, config); !covered) {
+    return tl::unexpected(covered.error());
+  }
+  const std::vector<Time> instants = InstantsOf(data);
+  const std::vector<internal::FeatureViews> features = ViewsWithin(data, instants);
+  if (auto enough = CheckTracks(data, features.size(), config); !enough) {
     return tl::unexpected(enough.error());
   }
   std::string no_rest;
@@ -302,7 +320,7 @@ Expected<Initialization> InitializeFromTracks(const StartData& data, const ImuSp
     }
   }
   const Alignment alignment = Align(
-      data,
+      data, instants,
       {.features = features, .T_body_pano = data.T_body_pano, .pixel_sigma = data.pixel_sigma}, imu,
       gravity);
   // Residuals above what the tracks promise widen the covariance.
@@ -311,7 +329,7 @@ Expected<Initialization> InitializeFromTracks(const StartData& data, const ImuSp
     return MakeError(ErrorKind::kEstimation, "{}{}", objection,
                      no_rest.empty() ? "" : "; no rest, as " + no_rest);
   }
-  return StatesOf(data, alignment.refined, scale, imu);
+  return StatesOf(data, instants, alignment.refined, scale, imu);
 }
 
 }  // namespace mlvi

@@ -41,12 +41,14 @@ struct StartData {
   std::span<const ImuSample> samples;    // strictly ascending; cover the frames
   Pose3 T_body_pano;
   double pixel_sigma = 1.0;  // px, per axis
+  // s, per camera: its images are taken this much later than stamped; empty: none.
+  std::span<const double> time_offsets = {};
 };
 
 // One state per frame, in the world of imu/initialization.h: gravity-aligned, origin and heading of
 // the first body. At rest, which both the IMU and the tracks have to show, by InitializeAtRest;
 // otherwise by a closed form for velocity, gravity and depths that is refined with the biases
-// (visual_inertial_alignment.h). The covariance is that of the last state.
+// (visual_inertial_alignment.h), the views at the instants of their images. The covariance is that of the last state.
 // Errors (kEstimation): what is still missing, to be tried again with more data (too short, too few
 // tracks, a motion that does not show velocity and gravity yet), or that tracks and IMU contradict
 // each other (wrong extrinsics, wrong time offset). The message has the numbers.
