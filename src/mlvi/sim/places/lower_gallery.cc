@@ -14,23 +14,47 @@ constexpr double kFloor = kLowerGallery;
 constexpr double kWest = kTheatreRadius + 0.3, kEast = kWest + 38.0;  // m, corridor
 constexpr double kMiddle = -3.05, kHalf = 1.0;                        // m, across it
 constexpr double kHeight = 2.7;                                       // m
+constexpr double kFrameWidth = 0.05, kFrameDepth = 0.04, kGlassHeight = kHeight - 0.05;  // m, ends
 constexpr double kVestibule = kWest + 1.0;  // m, x of the way between corridor and gallery
 
-// A bare corridor whose doors are all alike and that ends in glass at both ends: nothing tells a
-// LiDAR the motion along it. The ways out are aside: the lobby in the south, a vestibule before the
-// gallery in the north.
+// One end of the corridor, at `x`: dark glass from wall to wall in a slim frame, two panes that meet
+// `side` (1: east, -1: west) of it at an angle, so that nothing glints along the corridor.
+void AddGlassEnd(MeshBuilder& builder, double x, double side, const Palette& m) {
+  const double frame = x + side * kFrameDepth, ridge = frame + side * 0.2;
+  const double half = kHalf - kFrameWidth, low = kFloor, high = kFloor + kGlassHeight;
+  const Eigen::Vector3d south(frame, kMiddle - half, low), middle(ridge, kMiddle, low),
+      north(frame, kMiddle + half, low), up(0.0, 0.0, high - low);
+  builder.AddQuad(south, middle, middle + up, south + up, m.dark_glass);
+  builder.AddQuad(middle, north, north + up, middle + up, m.dark_glass);
+  builder.AddTriangle(south, middle, north, m.carpet);
+  builder.AddTriangle(south + up, middle + up, north + up, m.ceiling);
+}
+
+// A bare corridor: doors are flush with its walls to 3 mm and painted like them, lamps with the
+// ceiling, its ends are glass. Little tells a LiDAR the motion along it: slim frames at the ends,
+// glass when near, the ways out aside (the lobby in the south, a vestibule before the gallery in the
+// north), and waves of the plaster.
 void AddCorridor(MeshBuilder& builder, const Palette& m, RandomStream& random) {
   WallHoles holes{.south = {FramedPassage(kEast - 1.9, kEast - 0.3, 2.2, m.dark_glass)},
                   .north = {FramedPassage(kVestibule - 0.6, kVestibule + 0.6, 2.2, m.dark_glass)}};
   for (double x = kWest + 4.0; x < kEast - 5.0; x += 7.5) {
     const double shift = random.Uniform(-0.1, 0.1);
-    holes.south.push_back(Door(x + shift, m.door, m.dark_glass, 0.02));
-    holes.north.push_back(Door(x + 3.75 - shift, m.door, m.dark_glass, 0.02));
+    holes.south.push_back(Door(x + shift, m.paint, m.paint, 0.003));
+    holes.north.push_back(Door(x + 3.75 - shift, m.paint, m.paint, 0.003));
   }
+  const PanelHole end{.u0 = kMiddle - kHalf + kFrameWidth,
+                      .u1 = kMiddle + kHalf - kFrameWidth,
+                      .v0 = 0.0,
+                      .v1 = kGlassHeight,
+                      .depth = kFrameDepth,
+                      .open = true};
+  holes.east = holes.west = {end};
   AddRoom(builder, {kWest, kMiddle - kHalf, kFloor}, {kEast, kMiddle + kHalf, kFloor + kHeight},
-          {m.plaster, m.dark_glass, m.plaster, m.dark_glass, m.carpet, m.ceiling}, holes);
+          {m.plaster, m.frame, m.plaster, m.frame, m.carpet, m.ceiling}, holes);
+  AddGlassEnd(builder, kWest, -1.0, m);
+  AddGlassEnd(builder, kEast, 1.0, m);
   for (double x = kWest + 3.0; x < kEast; x += 6.0)
-    builder.AddBox({x, kMiddle, kFloor + kHeight - 0.01}, {0.5, 0.5, 0.01}, 0.0, m.lamp);
+    builder.AddBox({x, kMiddle, kFloor + kHeight - 0.002}, {0.5, 0.5, 0.002}, 0.0, m.lamp);
   AddRoom(builder, {kWest, kMiddle + kHalf + 0.2, kFloor}, {kWest + 2.0, 0.1, kFloor + kHeight},
           Painted(m.paint, m.carpet, m.ceiling),
           {.south = {Passage(kVestibule - 0.6, kVestibule + 0.6, 2.2)},
