@@ -12,8 +12,6 @@
 namespace mlvi {
 namespace {
 
-constexpr int kTurns = 4;  // sets of images
-
 // Where a point seen before lies now: its ray at the depth known, or at infinity, from the
 // predicted place.
 Eigen::Vector3d PredictedPoint(const PanoramicObservation& before, double inverse_depth,
@@ -88,7 +86,7 @@ PanoramicTracker::PanoramicTracker(const PanoramaModel& model, const PanoramicTr
       config_(config),
       budget_(model, config.budget),
       refiner_(config.refinement),
-      barren_(static_cast<std::size_t>(budget_.cells().size())),
+      turns_(static_cast<std::size_t>(model.cameras()), CellTurns(budget_.cells().size())),
       streams_(static_cast<std::size_t>(model.cameras())) {}
 
 TrackingSummary PanoramicTracker::Process(FrameId frame, std::span<const Image> images,
@@ -279,21 +277,43 @@ void PanoramicTracker::StartTracks(FrameId frame, TrackingSummary& summary) {
   for (const Track& track : tracks_.tracks()) {
     if (track.alive) features.push_back(track.last().point);
   }
-  const std::vector<std::uint8_t> wanted = budget_.WantedParts(features, CellsDue(frame, features));
   std::vector<std::vector<Corner>> corners(streams_.size());
   ParallelFor(streams_.size(), 1, [&](std::size_t i) {
     if (streams_[i].current.empty()) return;
-    corners[i] = DetectCorners(streams_[i].current, budget_.regions(static_cast<int>(i)), wanted,
-                               config_.corner);
-    JudgeCorners(streams_[i].current, config_.corner, config_.refinement.patch, corners[i]);
+    corners[i] = FindCorners(static_cast<int>(i), features);
   });
-  NoteBarrenCells(wanted, corners);
   for (const PanoramicObservation& observation : budget_.Select(model_, corners, features)) {
     const TrackId track = tracks_.Start(frame, observation, /*on_trial=*/true);
     refiner_.Start(track, observation,
                    streams_[static_cast<std::size_t>(observation.camera)].current);
     ++summary.started;
   }
+}
+
+// What an image has to offer for the parts of the sphere that want features.
+std::vector<Corner> PanoramicTracker::FindCorners(int camera,
+                                                  std::span<const Eigen::Vector3d> features) {
+  const auto index = static_cast<std::size_t>(camera);
+  const ImagePyramid& image = streams_[index].current;
+  std::vector<std::uint8_t> occupied(static_cast<std::size_t>(budget_.cells().size()));
+  for (const Eigen::Vector3d& feature : features) {
+    occupied[static_cast<std::size_t>(budget_.CellOf(feature))] = 1;
+  }
+  const std::vector<std::uint8_t> wanted =
+      budget_.WantedParts(features, turns_[index].Due(occupied));
+  std::vector<Corner> corners =
+      DetectCorners(image, budget_.regions(camera), wanted, config_.corner);
+  JudgeCorners(image, config_.corner, config_.refinement.patch, corners);
+  std::vector<std::uint8_t> looked_at(occupied.size()), with_corner(occupied.size());
+  for (std::size_t part = 0; part < wanted.size(); ++part) {
+    if (wanted[part] == 0) continue;
+    looked_at[static_cast<std::size_t>(budget_.CellOfPart(static_cast<int>(part)))] = 1;
+  }
+  for (const Corner& corner : corners) {
+    with_corner[static_cast<std::size_t>(budget_.CellOfPart(corner.region))] = 1;
+  }
+  turns_[index].Note(looked_at, with_corner);
+  return corners;
 }
 
 // Most tracks that follow something else than a point of the scene (a crossing of near and far, a
@@ -357,35 +377,6 @@ std::vector<Ray> PanoramicTracker::RaysOf(const Track& track, const TrackingHint
                     1.0 / o.observation.resolution()});
   }
   return rays;
-}
-
-// Cells in which nothing was found, and those that have a feature already, are looked at in turn,
-// one in kTurns per set of images: what they show changes slowly, and detection is dear.
-std::vector<std::uint8_t> PanoramicTracker::CellsDue(
-    FrameId frame, std::span<const Eigen::Vector3d> features) const {
-  std::vector<std::uint8_t> due(barren_.size());
-  std::vector<std::uint8_t> free(barren_.size(), 1);
-  for (const Eigen::Vector3d& feature : features) {
-    free[static_cast<std::size_t>(budget_.CellOf(feature))] = 0;
-  }
-  for (std::size_t cell = 0; cell < due.size(); ++cell) {
-    const bool its_turn = static_cast<std::int64_t>(cell) % kTurns == frame.value() % kTurns;
-    due[cell] = its_turn || (free[cell] != 0 && barren_[cell] == 0) ? 1 : 0;
-  }
-  return due;
-}
-
-void PanoramicTracker::NoteBarrenCells(std::span<const std::uint8_t> looked_at,
-                                       std::span<const std::vector<Corner>> corners) {
-  for (std::size_t part = 0; part < looked_at.size(); ++part) {
-    if (looked_at[part] == 0) continue;
-    barren_[static_cast<std::size_t>(budget_.CellOfPart(static_cast<int>(part)))] = 1;
-  }
-  for (const std::vector<Corner>& found : corners) {
-    for (const Corner& corner : found) {
-      barren_[static_cast<std::size_t>(budget_.CellOfPart(corner.region))] = 0;
-    }
-  }
 }
 
 void PanoramicTracker::Advance() {

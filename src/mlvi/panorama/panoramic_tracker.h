@@ -8,6 +8,7 @@
 
 #include "mlvi/features/corners.h"
 #include "mlvi/features/flow.h"
+#include "mlvi/panorama/cell_turns.h"
 #include "mlvi/panorama/feature_budget.h"
 #include "mlvi/panorama/relative_translation.h"
 #include "mlvi/panorama/track_refiner.h"
@@ -128,10 +129,7 @@ class PanoramicTracker {
   bool IsOnFixedPoint(const Track& track, const TrackingHints& hints) const;
   void RejectNewest(TrackId id, int& reason, TrackingSummary& summary);
   std::vector<Ray> RaysOf(const Track& track, const TrackingHints& hints) const;
-  std::vector<std::uint8_t> CellsDue(FrameId frame,
-                                     std::span<const Eigen::Vector3d> features) const;
-  void NoteBarrenCells(std::span<const std::uint8_t> looked_at,
-                       std::span<const std::vector<Corner>> corners);
+  std::vector<Corner> FindCorners(int camera, std::span<const Eigen::Vector3d> features);
   void Advance();
 
   PanoramaModel model_;
@@ -139,8 +137,8 @@ class PanoramicTracker {
   FeatureBudget budget_;
   TrackStore tracks_;
   TrackRefiner refiner_;
-  std::vector<std::uint8_t> barren_;  // per cell of the budget: no corner when last looked at
-  std::vector<Stream> streams_;       // per camera
+  std::vector<CellTurns> turns_;  // per camera
+  std::vector<Stream> streams_;   // per camera
 };
 
 }  // namespace mlvi

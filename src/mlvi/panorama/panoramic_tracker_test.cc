@@ -219,6 +219,46 @@ TEST_F(InARoom, AMissingImageIsBridgedAndALongGapEndsTracks) {
   EXPECT_GT(summary.started, 120);
 }
 
+TEST_F(InARoom, ACameraThatReturnsAfterALongGapGetsAllItsTracksAnew) {
+  PanoramicTracker tracker(model_, Config());
+  const int before = tracker.Process(FrameId(0), ImagesAt(0), HintsAt(0)).cameras[0].alive;
+  TrackingSummary summary;
+  for (int frame = 1; frame < 4; ++frame) {
+    std::vector<Image> images = ImagesAt(frame);
+    for (Image& image : images) image.stamp = Time::FromSeconds(0.6 * frame);
+    if (frame < 3) images.erase(images.begin());
+    summary = tracker.Process(FrameId(frame), images, HintsAt(frame));
+  }
+  EXPECT_EQ(summary.cameras[0].followed, 0);
+  // Corners of another view, by chance more or fewer by a tenth.
+  EXPECT_GT(summary.cameras[0].alive, 0.75 * before);
+}
+
+// What a camera lacks is looked for in its own images, whether or not others have one: after two
+// images of each it has what it has when all are triggered together.
+TEST_F(InARoom, CamerasInTurnAndSlowerOnesGetTheirTracksToo) {
+  const auto alive_after = [&](int frames, const auto& has_image) {
+    PanoramicTracker tracker(model_, Config());
+    TrackingSummary summary;
+    for (int frame = 0; frame < frames; ++frame) {
+      std::vector<Image> images = ImagesAt(frame);
+      std::erase_if(images, [&](const Image& image) { return !has_image(image.camera, frame); });
+      summary = tracker.Process(FrameId(frame), images, HintsAt(frame));
+    }
+    return summary.cameras;
+  };
+  const auto together = alive_after(2, [](int, int) { return true; });
+  const auto in_turn =
+      alive_after(4, [](int camera, int frame) { return camera == 2 || frame % 2 == camera; });
+  const auto slow =
+      alive_after(4, [](int camera, int frame) { return camera != 0 || frame % 2 == 1; });
+  for (std::size_t camera = 0; camera < together.size(); ++camera) {
+    // Corners of other views, by chance more or fewer by a tenth; what is starved has half.
+    EXPECT_GT(in_turn[camera].alive, 0.75 * together[camera].alive) << camera;
+    EXPECT_GT(slow[camera].alive, 0.75 * together[camera].alive) << camera;
+  }
+}
+
 // One step with the depths of all tracks known, as `depth_factor(id)` has them, and the motion
 // `motion_factor` times what it is.
 class InARoomWithDepths : public InARoom {
