@@ -22,6 +22,7 @@
 #include "mlvi/io/rig_file.h"
 #include "mlvi/io/ros_bag_source.h"
 #include "mlvi/pipeline/slam.h"
+#include "mlvi/sensors/visible_share.h"
 #include "mlvi/vio/calibrated_rig.h"
 #include "option_values.h"
 #include "run_outputs.h"
@@ -147,6 +148,20 @@ void WarnOfLeverArms(const Rig& rig, const EventBus& events) {
     check(camera.name, "T_body_camera", camera.T_body_camera);
 }
 
+// A mask that is nearly all zero: of the other polarity, but for its rim.
+void WarnOfMasks(const Rig& rig, const EventBus& events) {
+  constexpr double kUnusual = 0.01;
+  for (const CameraSpec& camera : rig.cameras) {
+    const double visible = VisibleShare(camera);
+    if (visible >= kUnusual) continue;
+    events.Raise({.severity = Severity::kWarning,
+                  .source = camera.name,
+                  .message = fmt::format("mask and valid radius leave {:.2f} % of its images "
+                                         "visible: is the mask inverted (zero: not used)?",
+                                         100.0 * visible)});
+  }
+}
+
 // Reads `source` to its end and judges what came of it.
 void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFacts& facts) {
   const auto start = std::chrono::steady_clock::now();
@@ -156,6 +171,7 @@ void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFac
     fmt::print(stderr, "\n{}: {}\n", event.source, event.message);
   });
   WarnOfLeverArms(source.rig(), slam.events());
+  WarnOfMasks(source.rig(), slam.events());
   DataSpan span(config.sequencer.max_future_jump);
   const std::optional<Error> ended = Feed(source, slam, guard, span);
   slam.Finish(source.Dropped());

@@ -121,10 +121,21 @@ class VisualRun : public ::testing::Test {
     return result.exit_code;
   }
 
+  // Of the left camera only so many columns are visible.
+  void UseMask(int columns) {
+    Rig rig = Original().rig;
+    rig.cameras[0].mask_file = Path("left.pgm");
+    std::string pgm = "P5\n320 256\n255\n";
+    for (int i = 0; i < 320 * 256; ++i) pgm += i % 320 < columns ? '\xff' : '\0';
+    std::ofstream(Path("left.pgm"), std::ios::binary) << pgm;
+    ASSERT_TRUE(SaveRig(rig, Path("rig.yaml")));
+  }
+
   void ExpectCamerasAloneToDo();
   void ExpectFaultsToBeReportedAndSurvived();
   void ExpectAWrongMountToBeFoundAndNamed();
   void ExpectNoChangeOfTheLidarsEstimate();
+  void ExpectANearlyBlackMaskToBeNamed();
 
   std::string Path(const std::string& name) const { return (temporary_.path() / name).string(); }
   std::string Read(const std::string& name) const {
@@ -229,6 +240,16 @@ void VisualRun::ExpectNoChangeOfTheLidarsEstimate() {
   EXPECT_GT(summary_["visual"]["image_sets_tracking"].get<int>(), 40);
 }
 
+void VisualRun::ExpectANearlyBlackMaskToBeNamed() {
+  Write([](Image&, double t) { return t < 0.5; });
+  UseMask(2);
+  ASSERT_EQ(Run("--cameras all"), 0) << output_;
+  EXPECT_THAT(output_, HasSubstr("left: mask and valid radius leave 0.62 % of its images visible"));
+  UseMask(320);
+  ASSERT_EQ(Run("--cameras all"), 0) << output_;
+  EXPECT_THAT(output_, ::testing::Not(HasSubstr("images visible")));
+}
+
 // ctest runs every case in a process of its own, and tracing the recording is what takes the time:
 // one case.
 TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
@@ -236,6 +257,7 @@ TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
   ExpectFaultsToBeReportedAndSurvived();
   ExpectAWrongMountToBeFoundAndNamed();
   ExpectNoChangeOfTheLidarsEstimate();
+  ExpectANearlyBlackMaskToBeNamed();
 }
 
 TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
@@ -257,6 +279,13 @@ TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
   EXPECT_FALSE(summary_["streams"].contains("left"));
   EXPECT_EQ(Run("--cameras all --compensation sphere"), 1);
   EXPECT_THAT(output_, HasSubstr("sphere"));
+}
+
+TEST_F(VisualRun, AMaskThatLeavesNothingIsRefused) {
+  WriteWithoutImages();
+  UseMask(0);
+  EXPECT_EQ(Run("--cameras all"), 1);
+  EXPECT_THAT(output_, HasSubstr("the mask of left leaves nothing visible: 0 of its 320 x 256 px"));
 }
 
 }  // namespace

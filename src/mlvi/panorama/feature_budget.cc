@@ -35,6 +35,23 @@ double Coverage(const PanoramaModel& model) {
   return std::max(seen, 1) / static_cast<double>(sphere.size());
 }
 
+// Cells smaller than a block of the region maps, in the middle of the lens that resolves most, would
+// be cells that no image can fill: a view may be tiny (a mask, a valid radius).
+double MostCells(const PanoramaModel& model) {
+  double finest = 0.0;  // px^2/sr
+  for (int camera = 0; camera < model.cameras(); ++camera) {
+    CameraModel::PointJacobian d_axis;
+    if (!model.camera(camera).Project(Eigen::Vector3d::UnitZ(), &d_axis)) continue;
+    finest = std::max(finest, std::abs(d_axis.leftCols<2>().determinant()));
+  }
+  return 4.0 * std::numbers::pi * finest / (RegionMap::kBlock * RegionMap::kBlock);
+}
+
+int CellsFor(const PanoramaModel& model, int budget) {
+  return std::max(
+      2, static_cast<int>(std::min(std::round(budget / Coverage(model)), MostCells(model))));
+}
+
 RegionMap MapRegions(const PanoramaModel& model, int camera, const EqualAreaSphere& cells) {
   RegionMap map(model.camera(camera).width(), model.camera(camera).height());
   ParallelFor(static_cast<std::size_t>(map.rows()), 8, [&](std::size_t index) {
@@ -100,9 +117,7 @@ bool Crowded(const Eigen::Vector3d& direction, std::span<const Eigen::Vector3d> 
 }  // namespace
 
 FeatureBudget::FeatureBudget(const PanoramaModel& model, int budget)
-    : budget_(budget),
-      cells_(std::max(2, static_cast<int>(std::lround(budget / Coverage(model))))),
-      parts_(kPartsPerCell * cells_.size()) {
+    : budget_(budget), cells_(CellsFor(model, budget)), parts_(kPartsPerCell * cells_.size()) {
   MLVI_CHECK(budget >= 1, "budget of {} features", budget);
   for (int part = 0; part < parts_.size(); ++part) {
     cell_of_part_.push_back(cells_.CellOf(parts_.Center(part)));

@@ -22,7 +22,7 @@ class FeatureBudget {
   static constexpr int kPartsPerCell = 4;
 
   // `budget` >= 1 features. Cells follow the model's cameras, masks and radius at the time of the
-  // call.
+  // call, and are no smaller than a block of a region map.
   FeatureBudget(const PanoramaModel& model, int budget);
 
   int budget() const { return budget_; }

@@ -65,6 +65,18 @@ TEST(FeatureBudget, IsOneNumberForTheWholeSphere) {
   }
 }
 
+// A view of a few pixels gets no more cells than blocks of the region map would fill the sphere.
+TEST(FeatureBudget, ATinyViewDoesNotMakeMillionsOfCells) {
+  for (const double valid_radius_px : {0.5, 5.0, 20.0}) {
+    Rig rig = test::RingRig(1, 0.0, test::MakeWideCamera(2.1, 400));
+    rig.cameras[0].valid_radius_px = valid_radius_px;
+    const FeatureBudget budget(test::MakePanorama(rig), 250);
+    const double focal = 199.0 / 1.05, block = 8.0 / focal;
+    EXPECT_LE(budget.cells().size(), 4.0 * M_PI / (block * block)) << valid_radius_px;
+    EXPECT_GT(budget.cells().size(), 250) << valid_radius_px;
+  }
+}
+
 // Where there are corners everywhere, nearly all cells get one; existing features count.
 TEST(FeatureBudget, FillsEmptyCellsFirst) {
   const PanoramaModel model = Ring(4);

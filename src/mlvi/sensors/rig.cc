@@ -9,6 +9,7 @@
 
 #include "mlvi/sensors/camera_model.h"
 #include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/visible_share.h"
 
 namespace mlvi {
 namespace {
@@ -77,6 +78,26 @@ void CheckLidar(const LidarSpec& lidar, Checks& checks) {
   checks.Range("lidar.beam_noise", lidar.beam_noise, 0.0, 0.1, "rad");
 }
 
+// A camera of which nothing is left, almost always by a mask of the other convention.
+void CheckVisible(const CameraSpec& camera, const std::string& field, Checks& checks) {
+  if (VisibleShare(camera) > 0.0) return;
+  if (!camera.mask) {
+    checks.Fail(fmt::format(
+        "{}.valid_radius_px = {}: leaves nothing visible of the {} x {} px of {}", field,
+        camera.valid_radius_px, camera.model->width(), camera.model->height(), camera.name));
+    return;
+  }
+  const auto& pixels = camera.mask->pixels;
+  const auto used = pixels.size() - static_cast<std::size_t>(
+                                        std::count(pixels.begin(), pixels.end(), std::uint8_t{0}));
+  checks.Fail(fmt::format(
+      "{}.mask_file: the mask of {} leaves nothing visible: {} of its {} x {} px are not 0{}; zero "
+      "is what is not used: invert the mask if it has the other polarity",
+      field, camera.name, used, camera.mask->width, camera.mask->height,
+      used > 0 ? fmt::format(", none of them within valid_radius_px = {}", camera.valid_radius_px)
+               : ""));
+}
+
 void CheckCamera(const CameraSpec& camera, const std::string& field, Checks& checks) {
   checks.NotEmpty(field + ".name", camera.name);
   checks.NotEmpty(field + ".topic", camera.topic);
@@ -91,6 +112,8 @@ void CheckCamera(const CameraSpec& camera, const std::string& field, Checks& che
         "{}.mask_file: the mask of {} is {} x {} px, its images are {} x {}: scale the mask", field,
         camera.name, camera.mask->width, camera.mask->height, camera.model->width(),
         camera.model->height()));
+  } else if (camera.model) {
+    CheckVisible(camera, field, checks);
   }
   checks.Range(field + ".time_offset_s", camera.time_offset.seconds(), -10.0, 10.0, "s");
 }

@@ -9,6 +9,8 @@
 
 #include "mlvi/base/random.h"
 #include "mlvi/sensors/camera_model.h"
+#include "mlvi/sensors/measurements.h"
+#include "mlvi/sensors/visible_share.h"
 
 namespace mlvi {
 namespace {
@@ -82,6 +84,40 @@ TEST(Rig, EachImpossibleValueIsNamed) {
     EXPECT_THAT(valid.error().message, HasSubstr(field));
     EXPECT_EQ(valid.error().kind, ErrorKind::kConfiguration);
   }
+}
+
+TEST(Rig, AMaskThatLeavesNothingIsRefusedAndTheWayOutIsNamed) {
+  Rig rig = ValidRig();
+  CameraSpec& camera = rig.cameras[0];
+  Image mask{.width = 720, .height = 540, .pixels = std::vector<std::uint8_t>(720 * 540)};
+  camera.mask = std::make_shared<const Image>(mask);
+  ASSERT_FALSE(rig.Validate());
+  EXPECT_THAT(rig.Validate().error().message,
+              HasSubstr("the mask of cam0 leaves nothing visible: 0 of its 720 x 540 px are not 0; "
+                        "zero is what is not used: invert the mask"));
+  mask.pixels[0] = 255;  // the corner
+  camera.mask = std::make_shared<const Image>(mask);
+  EXPECT_TRUE(rig.Validate());
+  camera.valid_radius_px = 300.0;
+  ASSERT_FALSE(rig.Validate());
+  EXPECT_THAT(
+      rig.Validate().error().message,
+      HasSubstr("1 of its 720 x 540 px are not 0, none of them within valid_radius_px = 300"));
+  camera.mask = nullptr;
+  EXPECT_TRUE(rig.Validate());
+}
+
+TEST(VisibleShare, IsWhatMaskAndValidRadiusLeave) {
+  CameraSpec camera = ValidRig().cameras[0];
+  EXPECT_EQ(VisibleShare(camera), 1.0);
+  camera.valid_radius_px = 200.0;
+  // Pixels of a disc: its area, but for half a pixel around at most.
+  const double disc = M_PI * 200.0 * 200.0 / (720.0 * 540.0);
+  EXPECT_NEAR(VisibleShare(camera), disc, disc * 0.5 * 2.0 / 200.0);
+  Image mask{.width = 720, .height = 540, .pixels = std::vector<std::uint8_t>(720 * 540, 1)};
+  std::fill_n(mask.pixels.begin(), 720 * 270, std::uint8_t{0});  // the upper half
+  camera.mask = std::make_shared<const Image>(mask);
+  EXPECT_NEAR(VisibleShare(camera), 0.5 * disc, 0.5 * disc * 0.02);
 }
 
 TEST(RotationFromMatrix, KeepsRotationsAndMendsRounding) {
