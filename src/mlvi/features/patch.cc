@@ -59,12 +59,18 @@ float Normalize(Eigen::VectorXf& grey) {
   return length;
 }
 
-float LargestEigenvalue(const Eigen::Matrix2f& symmetric) {
-  const float half_trace = 0.5F * symmetric.trace();
-  return half_trace + std::sqrt(std::max(half_trace * half_trace - symmetric.determinant(), 0.0F));
+template <typename Scalar>
+Scalar LargestEigenvalue(const Eigen::Matrix<Scalar, 2, 2>& symmetric) {
+  const Scalar half_trace = symmetric.trace() / 2;
+  return half_trace +
+         std::sqrt(std::max(half_trace * half_trace - symmetric.determinant(), Scalar(0)));
 }
 
 }  // namespace
+
+double PatchMatch::sigma() const { return std::sqrt(LargestEigenvalue(covariance)); }
+
+double Patch::position_sigma() const { return std::sqrt(LargestEigenvalue(position_covariance_)); }
 
 void PatchConfig::Declare(ConfigDeclaration& d) {
   d.Field("size_px", size_px, "px", "Side of the window, odd", {5.0, 31.0});
@@ -121,8 +127,7 @@ std::optional<Patch> Patch::Cut(const ImagePyramid& image, const Eigen::Vector2d
   patch.warp_weight_ = prior * prior;
   hessian.diagonal().tail<4>().array() += patch.warp_weight_;
   patch.inverse_hessian_ = hessian.inverse();
-  const Eigen::Matrix2f covariance = patch.inverse_hessian_.topLeftCorner<2, 2>();
-  patch.position_sigma_ = std::sqrt(LargestEigenvalue(covariance) / count);
+  patch.position_covariance_ = patch.inverse_hessian_.topLeftCorner<2, 2>().cast<double>() / count;
   return patch;
 }
 
@@ -157,9 +162,12 @@ std::optional<PatchMatch> Patch::Align(const ImagePyramid& image, const Eigen::M
     if ((center - start).norm() > most) return std::nullopt;
     match.converged = step.norm() < static_cast<float>(config.step_px);
   }
-  match.sigma = position_sigma_ * std::sqrt(std::max(0.0, 2.0 * (1.0 - match.correlation)));
   match.pixel = center.cast<double>();
   match.warp = warp.cast<double>();
+  // Grey values of unit length differ by 2 (1 - correlation), squared; shifts of the window are
+  // stretched into this image as the window is.
+  match.covariance = std::max(0.0, 2.0 * (1.0 - match.correlation)) * match.warp *
+                     position_covariance_ * match.warp.transpose();
   return match;
 }
 

@@ -25,10 +25,13 @@ struct PatchMatch {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // where the middle of the patch lies
   Eigen::Matrix2d warp = Eigen::Matrix2d::Identity();
   double correlation = 0.0;  // of grey values, in [-1, 1]
-  // px, one sigma along the worst direction, as if what differs from the patch were independent
-  // from pixel to pixel. It is not: errors are several times this, but in proportion to it.
-  double sigma = 0.0;
+  // px^2, of `pixel`, as if what differs from the patch were independent from pixel to pixel of the
+  // patch. It is not: errors are several times what this says, but in proportion to it.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   bool converged = false;
+
+  // px, one sigma along the worst direction.
+  double sigma() const;
 };
 
 // A window of an image that can be found again in later ones, seen under another angle and in
@@ -45,7 +48,7 @@ class Patch {
   // px: what white noise as strong as the contrast of the window would move it by along the worst
   // direction (one sigma), with the warp unknown. 0.15 on fine texture, above 1 on a nearly straight
   // edge, whatever the contrast.
-  double position_sigma() const { return position_sigma_; }
+  double position_sigma() const;
 
   // `warp`, from which the alignment starts, maps small pixel differences of the patch's own image
   // to those of `image`. The result is empty when the window leaves the image or `guess` by more
@@ -63,7 +66,8 @@ class Patch {
   Eigen::Matrix<float, Eigen::Dynamic, 6> slope_;
   float warp_weight_ = 0.0F;  // of the prior on the warp, in units of inverse_hessian_
   Eigen::Matrix<float, 6, 6> inverse_hessian_;
-  double position_sigma_ = 0.0;
+  // px^2 in its own image, under noise as strong as its contrast.
+  Eigen::Matrix2d position_covariance_ = Eigen::Matrix2d::Zero();
 };
 
 }  // namespace mlvi
