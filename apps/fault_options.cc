@@ -81,6 +81,10 @@ Expected<void> AddNamedFaults(const FaultArguments& arguments, SequenceFaults& f
       .and_then([&] {
         return AddCameraFaults("--camera-frozen", arguments.frozen_cameras, CameraFailure::kFrozen,
                                faults);
+      })
+      .and_then([&] {
+        return AddCameraFaults("--corrupted-images", arguments.corrupted_cameras,
+                               CameraFailure::kCorrupted, faults);
       });
 }
 
@@ -89,11 +93,20 @@ Json ToJson(const std::optional<FaultWindow>& window) {
   return {{"start_s", window->start}, {"length_s", window->length}};
 }
 
+const char* NameOf(CameraFailure failure) {
+  switch (failure) {
+    case CameraFailure::kFrozen: return "frozen";
+    case CameraFailure::kCorrupted: return "corrupted";
+    case CameraFailure::kDead: break;
+  }
+  return "dead";
+}
+
 Json CamerasJson(const SequenceFaults& faults) {
   Json json = Json::array();
   for (const CameraFault& fault : faults.cameras) {
     json.push_back({{"camera", fault.camera},
-                    {"failure", fault.failure == CameraFailure::kDead ? "dead" : "frozen"},
+                    {"failure", NameOf(fault.failure)},
                     {"start_s", fault.window.start},
                     {"length_s", fault.window.length}});
   }
@@ -126,10 +139,15 @@ void AddFaultOptions(CLI::App& command, FaultArguments& a) {
           "ACCELERATION,RATE,SECONDS: what biases settle by as the IMU warms up, and how fast");
   numbers("--imu-scale", a.imu_scale, 2,
           "ACCELEROMETER,GYROSCOPE: largest errors of scale and of axes' directions (0.01 = 1 %)");
+  numbers("--nan-imu", a.nan_imu, 2, "START,LENGTH: seconds in which IMU samples are NaN");
+  numbers("--corrupted-imu", a.corrupted_imu, 2,
+          "START,LENGTH: seconds in which IMU messages are cut off in the middle");
   numbers("--image-gap", a.image_gap, 2, "START,LENGTH: seconds without images");
   texts("--camera-dead", a.dead_cameras, "CAMERA,START,LENGTH: seconds without its images");
   texts("--camera-frozen", a.frozen_cameras,
         "CAMERA,START,LENGTH: seconds in which it repeats one image");
+  texts("--corrupted-images", a.corrupted_cameras,
+        "CAMERA,START,LENGTH: seconds in which its messages hold half of their data");
   texts("--lens-patch", a.lens_patches,
         "CAMERA,U,V,RADIUS: dirt on the lens, in shares of the image");
   numbers("--exposure-jump", a.exposure_jump, 3,
@@ -155,6 +173,8 @@ Expected<SequenceFaults> FaultsOf(const FaultArguments& a) {
                         .nan_points = WindowOf(a.nan_points),
                         .corrupted_sweeps = WindowOf(a.corrupted_sweeps),
                         .imu_gap = WindowOf(a.imu_gap),
+                        .nan_imu = WindowOf(a.nan_imu),
+                        .corrupted_imu = WindowOf(a.corrupted_imu),
                         .imu_in_g = a.imu_in_g,
                         .image_gap = WindowOf(a.image_gap),
                         .lights_off = WindowOf(a.lights_off)};
@@ -191,6 +211,8 @@ Json ToJson(const SequenceFaults& faults) {
                {"empty_sweeps", ToJson(faults.empty_sweeps)},
                {"nan_points", ToJson(faults.nan_points)},
                {"corrupted_sweeps", ToJson(faults.corrupted_sweeps)},
+               {"nan_imu", ToJson(faults.nan_imu)},
+               {"corrupted_imu", ToJson(faults.corrupted_imu)},
                {"imu_saturation", nullptr},
                {"image_gap", ToJson(faults.image_gap)},
                {"cameras", CamerasJson(faults)},

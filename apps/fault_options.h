@@ -12,14 +12,15 @@ namespace mlvi {
 // The faults of `mlvi simulate` as typed; numbers still to be given a meaning.
 struct FaultArguments {
   // Pairs of seconds: start and length (time_jump: start and jump).
-  std::vector<double> lidar_gap, imu_gap, empty_sweeps, nan_points, corrupted_sweeps, image_gap,
-      lights_off, time_jump;
+  std::vector<double> lidar_gap, imu_gap, empty_sweeps, nan_points, corrupted_sweeps, nan_imu,
+      corrupted_imu, image_gap, lights_off, time_jump;
   std::vector<double> imu_saturation, imu_vibration;  // m/s^2, rad/s
   std::vector<double> imu_warm_up;                    // likewise, and s
   std::vector<double> imu_scale;                      // shares, of accelerometer and gyroscope
   std::vector<double> exposure_jump;                  // start, length, factor
   std::vector<double> extrinsics_error;               // deg, m
-  std::vector<std::string> clocks, dead_cameras, frozen_cameras, lens_patches, triggers;
+  std::vector<std::string> clocks, dead_cameras, frozen_cameras, corrupted_cameras, lens_patches,
+      triggers;
   bool imu_in_g = false;
 };
 

@@ -130,6 +130,27 @@ TEST(FaultRecording, EmptyCorruptedAndSpoiltSweeps) {
   }
 }
 
+TEST(FaultRecording, UnreadableImuMessages) {
+  const Recorded faulty = Record(
+      "imu_messages", std::string(kLidarAndImu) + "--nan-imu 0.5,0.1 --corrupted-imu 1.2,0.2");
+  EXPECT_EQ(faulty.description["faults"]["nan_imu"]["start_s"], 0.5);
+  EXPECT_EQ(faulty.description["faults"]["corrupted_imu"]["length_s"], 0.2);
+  const StreamCounts& counts = faulty.counts.at(faulty.rig.imu.topic);
+  EXPECT_EQ(counts.messages, static_cast<std::int64_t>(Intact().imu.size()));
+  EXPECT_EQ(counts.dropped.at("NaN or infinite"), 15);  // 150 Hz
+  EXPECT_EQ(counts.dropped.at("unreadable message"), 30);
+  std::vector<ImuSample> rest = Intact().imu;
+  std::erase_if(rest, [](const ImuSample& sample) {
+    const double t = SecondsOf(sample.stamp) + 1e-6;
+    return (t >= 0.5 && t < 0.6) || (t >= 1.2 && t < 1.4);
+  });
+  ASSERT_EQ(faulty.imu.size(), rest.size());
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    EXPECT_EQ(faulty.imu[i].stamp, rest[i].stamp);
+    EXPECT_EQ(faulty.imu[i].linear_acceleration, rest[i].linear_acceleration);
+  }
+}
+
 // Velodyne's stamps and times are written with less than 250 ns of error.
 TEST(FaultRecording, ClocksThatAreOffAndDrift) {
   const Recorded faulty =
@@ -266,6 +287,18 @@ TEST(FaultRecording, CamerasThatFail) {
   const Recorded gap = Record("image_gap", arguments + "--image-gap 0.3,0.4", cameras);
   EXPECT_EQ(gap.description["faults"]["image_gap"]["length_s"], 0.4);
   for (const std::string& camera : cameras) EXPECT_EQ(gap.images.at(camera).size(), 3U) << camera;
+  const Recorded cut_off =
+      Record("cut_off", arguments + "--corrupted-images cam0,0.3,0.4", cameras);
+  EXPECT_EQ(cut_off.description["faults"]["cameras"][0]["failure"], "corrupted");
+  const auto counts = [&](std::size_t camera) -> const StreamCounts& {
+    return cut_off.counts.at(cut_off.rig.cameras[camera].topic);
+  };
+  EXPECT_EQ(counts(0).dropped.at("unreadable message"), 2);
+  EXPECT_EQ(counts(1).delivered, 5);
+  const std::vector<Image>& left = cut_off.images.at("cam0");
+  ASSERT_EQ(left.size(), 3U);
+  for (const std::size_t i : {0, 1, 2})
+    EXPECT_EQ(left[i].pixels, whole[i < 2 ? i : i + 2].pixels) << i;
 }
 
 }  // namespace

@@ -82,16 +82,20 @@ const Played& Original() {
 class VisualRun : public ::testing::Test {
  protected:
   // Writes the recording; `change` sees each image with its time since the beginning (s), may alter
-  // it, and tells whether it is kept.
-  void Write(const std::function<bool(Image&, double)>& change = [](Image&, double) {
-    return true;
-  }) {
+  // it, and tells whether it is kept; of those that `is_cut_off` the messages hold half of the data.
+  using Choice = std::function<bool(Image&, double)>;
+  void Write(
+      const Choice& change = [](Image&, double) { return true; },
+      const Choice& is_cut_off = [](Image&, double) { return false; }) {
     auto writer = BagWriter::Create(Path("recording.bag"), Original().rig);
     ASSERT_TRUE(writer) << writer.error().message;
     for (Measurement measurement : Original().measurements) {
       auto* image = std::get_if<Image>(&measurement);
-      if (image != nullptr && !change(*image, (image->stamp - Options().begin).seconds())) continue;
-      ASSERT_TRUE((*writer)->Write(measurement));
+      const double seconds =
+          image != nullptr ? (image->stamp - Options().begin).seconds() : std::nan("");
+      if (image != nullptr && !change(*image, seconds)) continue;
+      const bool cut_off = image != nullptr && is_cut_off(*image, seconds);
+      ASSERT_TRUE(cut_off ? (*writer)->WriteCutOff(measurement) : (*writer)->Write(measurement));
     }
     ASSERT_TRUE((*writer)->Close());
     ASSERT_TRUE(SaveRig(Original().rig, Path("rig.yaml")));
@@ -133,6 +137,7 @@ class VisualRun : public ::testing::Test {
 
   void ExpectCamerasAloneToDo();
   void ExpectFaultsToBeReportedAndSurvived();
+  void ExpectUnreadableImagesToBeCountedAndSurvived();
   void ExpectAWrongMountToBeFoundAndNamed();
   void ExpectNoChangeOfTheLidarsEstimate();
   void ExpectANearlyBlackMaskToBeNamed();
@@ -207,6 +212,26 @@ void VisualRun::ExpectFaultsToBeReportedAndSurvived() {
   EXPECT_LT(Ate("trajectory.tum", 40), 0.4);
 }
 
+void VisualRun::ExpectUnreadableImagesToBeCountedAndSurvived() {
+  int cut_off = 0;
+  Write([](Image&, double) { return true; },
+        [&](Image& image, double t) {
+          const bool is = image.camera == 1 && t > 3.45 && t < 4.45;
+          cut_off += is;
+          return is;
+        });
+  EXPECT_EQ(cut_off, 10);
+  ASSERT_EQ(Run("--no-lidar --cameras all"), 0) << output_;
+  EXPECT_EQ(summary_["streams"]["right"]["dropped"]["unreadable message"], cut_off);
+  EXPECT_FALSE(summary_["streams"]["left"]["dropped"].contains("unreadable message"));
+  EXPECT_THAT(output_,
+              HasSubstr("right: of 70 messages these were dropped: 'unreadable message' 10"));
+  EXPECT_THAT(output_, HasSubstr("image of 320 x 256 pixels with step 320 does not fit its 40960 "
+                                 "bytes of data"));
+  EXPECT_NE(summary_["streams"]["right"]["health"], "healthy");
+  EXPECT_LT(Ate("trajectory.tum", 40), 0.4);
+}
+
 void VisualRun::ExpectAWrongMountToBeFoundAndNamed() {
   Write();
   Rig wrong = Original().rig;
@@ -255,6 +280,7 @@ void VisualRun::ExpectANearlyBlackMaskToBeNamed() {
 TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
   ExpectCamerasAloneToDo();
   ExpectFaultsToBeReportedAndSurvived();
+  ExpectUnreadableImagesToBeCountedAndSurvived();
   ExpectAWrongMountToBeFoundAndNamed();
   ExpectNoChangeOfTheLidarsEstimate();
   ExpectANearlyBlackMaskToBeNamed();

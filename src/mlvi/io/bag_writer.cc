@@ -36,10 +36,13 @@ const std::string& BagWriter::TopicOf(const Measurement& measurement) const {
   return rig_.cameras[camera].topic;
 }
 
-Expected<RosMessage> BagWriter::MessageOf(const Measurement& measurement) const {
-  if (const auto* imu = std::get_if<ImuSample>(&measurement)) return ImuMessage(*imu);
-  if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) return SweepMessage(*sweep);
-  return CameraMessage(std::get<Image>(measurement));
+Expected<RosMessage> BagWriter::MessageOf(const Measurement& measurement, bool cut_off) const {
+  if (const auto* image = std::get_if<Image>(&measurement)) return CameraMessage(*image, cut_off);
+  const auto* imu = std::get_if<ImuSample>(&measurement);
+  RosMessage message =
+      imu != nullptr ? ImuMessage(*imu) : SweepMessage(std::get<LidarSweep>(measurement));
+  if (cut_off) message.bytes.resize(message.bytes.size() / 2);
+  return message;
 }
 
 // The recorder's own clock goes on when a sensor's stamps jump back.
@@ -48,26 +51,24 @@ Time BagWriter::ReceiptOf(const Measurement& measurement) {
   return last_receipt_;
 }
 
-Expected<void> BagWriter::Write(const Measurement& measurement) {
+Expected<void> BagWriter::Write(const Measurement& measurement, bool cut_off) {
   const std::string& topic = TopicOf(measurement);
-  const auto message = MessageOf(measurement);
+  const auto message = MessageOf(measurement, cut_off);
   if (!message) return tl::unexpected(message.error());
   return bag_->Write(topic, ReceiptOf(measurement), *message);
 }
 
-Expected<void> BagWriter::WriteCutOff(const Measurement& measurement) {
-  const std::string& topic = TopicOf(measurement);
-  auto message = MessageOf(measurement);
-  if (!message) return tl::unexpected(message.error());
-  message->bytes.resize(message->bytes.size() / 2);
-  return bag_->Write(topic, ReceiptOf(measurement), *message);
-}
-
-Expected<RosMessage> BagWriter::CameraMessage(const Image& image) const {
+Expected<RosMessage> BagWriter::CameraMessage(const Image& image, bool cut_off) const {
   const CameraSpec& camera = rig_.cameras[static_cast<std::size_t>(image.camera)];
-  if (!camera.topic.ends_with("/compressed")) return ImageMessage(image, camera.name);
-  const auto jpeg = EncodeJpeg(image, options_.jpeg_quality);
+  if (!camera.topic.ends_with("/compressed")) {
+    if (!cut_off) return ImageMessage(image, camera.name);
+    Image half = image;
+    half.pixels.resize(half.pixels.size() / 2);
+    return ImageMessage(half, camera.name);
+  }
+  auto jpeg = EncodeJpeg(image, options_.jpeg_quality);
   if (!jpeg) return tl::unexpected(jpeg.error());
+  if (cut_off) jpeg->resize(jpeg->size() / 2);
   // As image_transport's compressed plugin writes it: what the data decode to follows for colour.
   const std::string format =
       fmt::format("{0}; jpeg compressed {1}", EncodingOf(image), image.channels == 3 ? "bgr8" : "");

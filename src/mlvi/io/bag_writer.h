@@ -39,9 +39,10 @@ class BagWriter {
 
   // Messages are to be written in the order of arrival; the receipt time is
   // AvailableAt(measurement), later only where that would fall behind the message before.
-  Expected<void> Write(const Measurement& measurement);
-  // The message of that measurement with only the first half of its bytes.
-  Expected<void> WriteCutOff(const Measurement& measurement);
+  Expected<void> Write(const Measurement& measurement) { return Write(measurement, false); }
+  // The message of that measurement with only the first half of its bytes; of an image, a whole
+  // message with the first half of its data (JPEG or pixels).
+  Expected<void> WriteCutOff(const Measurement& measurement) { return Write(measurement, true); }
   // Writes the index and ends the file; a bag that was not closed has none.
   Expected<void> Close() { return bag_->Close(); }
 
@@ -49,10 +50,11 @@ class BagWriter {
   BagWriter(std::unique_ptr<RawBagWriter> bag, const Rig& rig, const BagWriterOptions& options)
       : bag_(std::move(bag)), rig_(rig), options_(options) {}
   const std::string& TopicOf(const Measurement& measurement) const;
-  Expected<RosMessage> MessageOf(const Measurement& measurement) const;
+  Expected<RosMessage> MessageOf(const Measurement& measurement, bool cut_off) const;
   Time ReceiptOf(const Measurement& measurement);
   RosMessage SweepMessage(const LidarSweep& sweep) const;
-  Expected<RosMessage> CameraMessage(const Image& image) const;
+  Expected<RosMessage> CameraMessage(const Image& image, bool cut_off) const;
+  Expected<void> Write(const Measurement& measurement, bool cut_off);
 
   std::unique_ptr<RawBagWriter> bag_;
   Time last_receipt_ = Time::FromNanoseconds(0);

@@ -130,6 +130,11 @@ double PeriodOf(const std::string& sensor, const Rig& rig, double image_rate) {
 
 }  // namespace
 
+void SpoilSample(ImuSample& sample) {
+  sample.linear_acceleration.setConstant(std::numeric_limits<double>::quiet_NaN());
+  sample.angular_velocity = sample.linear_acceleration;
+}
+
 void SpoilTenth(LidarSweep& sweep, RandomStream random) {
   for (LidarPoint& point : sweep.points) {
     if (random.Uniform() < 0.1) point.position.setConstant(std::numeric_limits<float>::quiet_NaN());
@@ -260,6 +265,8 @@ Expected<void> CheckFaults(const SequenceFaults& faults, const Rig& rig) {
   checks.Window("the NaN points", faults.nan_points);
   checks.Window("the corrupted sweeps", faults.corrupted_sweeps);
   checks.Window("the IMU gap", faults.imu_gap);
+  checks.Window("the NaN IMU samples", faults.nan_imu);
+  checks.Window("the corrupted IMU messages", faults.corrupted_imu);
   checks.Window("the image gap", faults.image_gap);
   checks.Window("the lights off", faults.lights_off);
   if (const auto& limits = faults.imu_saturation) {
@@ -297,6 +304,8 @@ Expected<void> CheckTheyHappen(const SequenceFaults& faults, double seconds,
   checks.Happens("the NaN points", faults.nan_points, seconds);
   checks.Happens("the corrupted sweeps", faults.corrupted_sweeps, seconds);
   checks.Happens("the IMU gap", faults.imu_gap, seconds);
+  checks.Happens("the NaN IMU samples", faults.nan_imu, seconds);
+  checks.Happens("the corrupted IMU messages", faults.corrupted_imu, seconds);
   checks.Happens("the image gap", faults.image_gap, seconds);
   checks.Happens("the lights off", faults.lights_off, seconds);
   for (const CameraFault& fault : faults.cameras) {

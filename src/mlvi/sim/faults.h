@@ -56,8 +56,9 @@ struct ExtrinsicsError {
 };
 
 enum class CameraFailure : int {
-  kDead = 0,    // no images
-  kFrozen = 1,  // the same image again and again, with new stamps
+  kDead = 0,       // no images
+  kFrozen = 1,     // the same image again and again, with new stamps
+  kCorrupted = 2,  // messages hold the first half of their image's data
 };
 
 struct CameraFault {
@@ -88,7 +89,9 @@ struct SequenceFaults {
   // Messages of sweeps that start inside are cut off in the middle.
   std::optional<FaultWindow> corrupted_sweeps;
   // IMU
-  std::optional<FaultWindow> imu_gap;  // samples inside are missing
+  std::optional<FaultWindow> imu_gap;        // samples inside are missing
+  std::optional<FaultWindow> nan_imu;        // samples inside are NaN
+  std::optional<FaultWindow> corrupted_imu;  // messages of samples inside are cut off in the middle
   std::optional<ImuSaturation> imu_saturation;
   // Instead of the sequence's own (SequenceOptions::imu_errors).
   std::optional<ImuVibration> imu_vibration;
@@ -109,6 +112,9 @@ struct SequenceFaults {
   Clocks clocks;  // instead of the sequence's own (SequenceOptions::clocks)
   std::optional<ExtrinsicsError> extrinsics;
 };
+
+// Accelerations and rates become NaN.
+void SpoilSample(ImuSample& sample);
 
 // A tenth of the points, drawn by `random`, becomes NaN.
 void SpoilTenth(LidarSweep& sweep, RandomStream random);

@@ -15,6 +15,15 @@ namespace {
 
 using ::testing::HasSubstr;
 
+// A camera that takes images, for faults of it.
+Rig WithACamera() {
+  Rig rig = test::Hilti();
+  rig.cameras.resize(1);
+  rig.cameras[0].name = "cam0";
+  rig.cameras[0].rate_hz = 40.0;
+  return rig;
+}
+
 struct Heard {
   std::vector<ImuSample> imu;
   std::vector<Time> sweeps;
@@ -91,12 +100,20 @@ TEST(Faults, SmallImusSaturate) {
 TEST(Faults, CorruptedMessagesAreWrittenButNotDelivered) {
   SequenceOptions options = StandardSequence("courtyard-easy", test::M2dgr(), 1.0);
   options.faults.corrupted_sweeps = FaultWindow{.start = 0.25, .length = 0.3};
+  options.faults.corrupted_imu = FaultWindow{.start = 0.1, .length = 0.1};
+  options.faults.nan_imu = FaultWindow{.start = 0.7, .length = 0.2};
   Recording messages(options, RecordingForm::kMessages), measurements(options);
   const Heard written = Listen(messages), delivered = Listen(measurements);
   EXPECT_EQ(written.sweeps.size(), 10U);
-  EXPECT_EQ(written.corrupted, 3);
+  EXPECT_EQ(written.corrupted, 3 + 15);  // 150 samples per second
   EXPECT_EQ(delivered.sweeps.size(), 7U);
   EXPECT_EQ(measurements.Counts().at("/points").dropped.at("message cut off"), 3);
+  const auto is_nan = [](const ImuSample& sample) {
+    return sample.linear_acceleration.hasNaN() && sample.angular_velocity.hasNaN();
+  };
+  EXPECT_EQ(std::ranges::count_if(written.imu, is_nan), 30);
+  EXPECT_EQ(std::ranges::count_if(delivered.imu, is_nan), 0);
+  EXPECT_EQ(delivered.imu.size() + 45, written.imu.size());
 }
 
 TEST(Faults, ExtrinsicsAreOffByWhatWasOrdered) {
@@ -153,15 +170,6 @@ TEST(Faults, LensPatchesBlurAsTheirBoxesDo) {
   }
 }
 
-// A camera that takes images, for faults of it.
-Rig WithACamera() {
-  Rig rig = test::Hilti();
-  rig.cameras.resize(1);
-  rig.cameras[0].name = "cam0";
-  rig.cameras[0].rate_hz = 40.0;
-  return rig;
-}
-
 TEST(Faults, WhatCannotHappenIsRefused) {
   SequenceOptions options = StandardSequence("courtyard-easy", WithACamera(), 5.0);
   options.cameras = {"cam0"};
@@ -177,10 +185,13 @@ TEST(Faults, WhatCannotHappenIsRefused) {
   EXPECT_THAT(refusal(options, late), AllOf(HasSubstr("100 s"), HasSubstr("after 5 s")));
   EXPECT_EQ(refusal(options, soon), "");
   const auto dead = [](F& f, O&) { f.cameras = {{.camera = "cam0", .window = {1.0, 1.0}}}; };
+  const auto corrupted = [](F& f, O&) {
+    f.cameras = {{.camera = "cam0", .failure = CameraFailure::kCorrupted, .window = {1.0, 1.0}}};
+  };
   const auto patch = [](F& f, O&) { f.lens_patches = {{.camera = "cam0"}}; };
   const auto dark = [](F& f, O&) { f.lights_off = {1.0, 1.0}; };
   const auto clock = [](F& f, O&) { f.clocks["cam0"] = {.offset = 0.1}; };
-  for (const auto& fault : {+dead, +patch, +dark, +clock}) {
+  for (const auto& fault : {+dead, +corrupted, +patch, +dark, +clock}) {
     EXPECT_EQ(refusal(options, fault), "");
     EXPECT_THAT(refusal(options,
                         [&](F& f, O& o) {
@@ -249,8 +260,9 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
   SequenceOptions good = StandardSequence("courtyard-easy", WithACamera());
   good.cameras = {"cam0"};
   good.faults.lidar_gap = good.faults.empty_sweeps = good.faults.nan_points =
-      good.faults.corrupted_sweeps = good.faults.imu_gap = good.faults.image_gap =
-          good.faults.lights_off = FaultWindow{1.0, 2.0};
+      good.faults.corrupted_sweeps = good.faults.imu_gap = good.faults.nan_imu =
+          good.faults.corrupted_imu = good.faults.image_gap = good.faults.lights_off =
+              FaultWindow{1.0, 2.0};
   good.faults.imu_saturation = ImuSaturation{50.0, 5.0};
   good.faults.imu_vibration = ImuVibration{0.1, 0.01};
   good.faults.imu_warm_up = ImuWarmUp{0.1, 0.01, 60.0};
@@ -283,9 +295,9 @@ TEST(Faults, NumbersThatAreNoneAreRefused) {
                                 &f.clocks["imu"].offset,
                                 &f.clocks["imu"].drift_ppm,
                                 &f.clocks["imu"].jitter};
-    for (FaultWindow* window :
-         {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points, &*f.corrupted_sweeps, &*f.imu_gap,
-          &*f.image_gap, &*f.lights_off, &f.exposure_jump->window}) {
+    for (FaultWindow* window : {&*f.lidar_gap, &*f.empty_sweeps, &*f.nan_points,
+                                &*f.corrupted_sweeps, &*f.imu_gap, &*f.nan_imu, &*f.corrupted_imu,
+                                &*f.image_gap, &*f.lights_off, &f.exposure_jump->window}) {
       all.insert(all.end(), {&window->start, &window->length});
     }
     return all;

@@ -12,6 +12,8 @@ namespace mlvi {
 namespace {
 
 constexpr double kStandardGravity = 9.80665;  // m/s^2, of drivers that report multiples of g
+// Why messages are dropped, as readers say it.
+constexpr char kCutOff[] = "message cut off", kNotFinite[] = "NaN or infinite";
 constexpr Duration kSweepPeriod = Duration::FromMilliseconds(100);
 
 // What covers the noise of an IMU and its vibration, which is as much as white noise of its rms at
@@ -224,11 +226,20 @@ std::optional<Measurement> Recording::NextImu() {
   const Time time = imu_.StampOf(index);
   const SequenceFaults& faults = options_.faults;
   if (faults.imu_gap && faults.imu_gap->Contains(SecondsOf(time))) return std::nullopt;
+  const auto within = [&](const std::optional<FaultWindow>& window) {
+    return window && window->Contains(SecondsOf(time));
+  };
+  const bool is_nan = within(faults.nan_imu);
+  ++imu_counts_.messages;
+  if (form_ == RecordingForm::kMeasurements && (is_nan || within(faults.corrupted_imu))) {
+    ++imu_counts_.dropped[is_nan ? kNotFinite : kCutOff];
+    return std::nullopt;
+  }
   ImuSample sample = imu_.Sample(index);
+  if (is_nan) SpoilSample(sample);
   sample.stamp = Stamped(time, "imu", options_.rig.true_rig.imu.time_offset, index);
   if (form_ == RecordingForm::kMessages && faults.imu_in_g)
     sample.linear_acceleration /= kStandardGravity;
-  ++imu_counts_.messages;
   ++imu_counts_.delivered;
   return sample;
 }
@@ -242,7 +253,7 @@ std::optional<Measurement> Recording::NextSweep() {
       faults.corrupted_sweeps && faults.corrupted_sweeps->Contains(SecondsOf(time));
   if (corrupted && form_ == RecordingForm::kMeasurements) {  // as a reader would have dropped it
     ++lidar_counts_.messages;
-    ++lidar_counts_.dropped["message cut off"];
+    ++lidar_counts_.dropped[kCutOff];
     return std::nullopt;
   }
   const LidarSpec& spec = *options_.rig.estimator_rig.lidar;
@@ -264,6 +275,11 @@ std::optional<Measurement> Recording::NextImage(std::size_t stream) {
   const auto failure = FailureOf(faults, spec.name, SecondsOf(time));
   if (failure == CameraFailure::kDead) return std::nullopt;
   if (faults.image_gap && faults.image_gap->Contains(SecondsOf(time))) return std::nullopt;
+  ++image_counts_[stream].messages;
+  if (failure == CameraFailure::kCorrupted && form_ == RecordingForm::kMeasurements) {
+    ++image_counts_[stream].dropped[kCutOff];
+    return std::nullopt;
+  }
   std::optional<Image>& frozen = frozen_images_[stream];
   if (failure != CameraFailure::kFrozen) frozen.reset();
   Image image = frozen ? *frozen : cameras_[stream].Take(index);
@@ -273,7 +289,6 @@ std::optional<Measurement> Recording::NextImage(std::size_t stream) {
   }
   image.stamp = Stamped(time, spec.name, spec.time_offset, index);
   if (form_ == RecordingForm::kMeasurements) MakeGrey(image);
-  ++image_counts_[stream].messages;
   ++image_counts_[stream].delivered;
   return image;
 }
@@ -290,9 +305,25 @@ void Recording::SpoilPoints(LidarSweep& sweep, std::size_t index) const {
 }
 
 bool Recording::IsCorrupted(const Measurement& measurement) const {
-  const auto& window = options_.faults.corrupted_sweeps;
-  if (!window || !std::holds_alternative<LidarSweep>(measurement) || next_sweep_ == 0) return false;
-  return window->Contains(SecondsOf(SweepStamp(next_sweep_ - 1)));
+  const SequenceFaults& faults = options_.faults;
+  const auto within = [&](const std::optional<FaultWindow>& window, Time time) {
+    return window && window->Contains(SecondsOf(time));
+  };
+  if (const auto* image = std::get_if<Image>(&measurement)) return IsImageCorrupted(*image);
+  if (std::holds_alternative<LidarSweep>(measurement))
+    return next_sweep_ > 0 && within(faults.corrupted_sweeps, SweepStamp(next_sweep_ - 1));
+  return next_imu_ > 0 && within(faults.corrupted_imu, imu_.StampOf(next_imu_ - 1));
+}
+
+bool Recording::IsImageCorrupted(const Image& image) const {
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    if (cameras_[i].camera() != image.camera || next_images_[i] == 0) continue;
+    const auto camera = static_cast<std::size_t>(image.camera);
+    const double seconds = SecondsOf(cameras_[i].TimeOf(next_images_[i] - 1));
+    return FailureOf(options_.faults, options_.rig.true_rig.cameras[camera].name, seconds) ==
+           CameraFailure::kCorrupted;
+  }
+  return false;
 }
 
 double Recording::Progress() const {

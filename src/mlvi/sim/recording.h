@@ -38,7 +38,8 @@ class Recording : public MeasurementSource {
   std::map<std::string, StreamCounts> Counts() const override;  // by topic
   std::vector<std::string> Notes() const override { return {}; }
 
-  // Whether the message of the measurement handed out last is to be cut off (kMessages).
+  // Whether the message of the measurement handed out last is to be cut off, or an image's data in
+  // it (kMessages).
   bool IsCorrupted(const Measurement& measurement) const;
 
   // The truth at a true instant in [begin(), end()] (that of the nearer end outside), in the frame
@@ -85,6 +86,7 @@ class Recording : public MeasurementSource {
   Time Stamped(Time time, const std::string& sensor, Duration sensor_offset,
                std::size_t index) const;
   void SpoilPoints(LidarSweep& sweep, std::size_t index) const;
+  bool IsImageCorrupted(const Image& image) const;
 
   SequenceOptions options_;
   Clocks clocks_;

@@ -147,6 +147,27 @@ TEST(Recording, CamerasMayBeTriggeredLater) {
             Duration::FromMilliseconds(30));
 }
 
+// Of the camera that was named, in its window; readers drop them.
+TEST(Recording, CorruptedImagesAreWrittenButNotDelivered) {
+  SequenceOptions options = StandardSequence("courtyard-easy", WithCameras(), 1.0);
+  options.cameras = {"cam0", "cam1"};
+  options.image_rate = 5.0;
+  options.faults.cameras = {{"cam1", CameraFailure::kCorrupted, {.start = 0.3, .length = 0.4}}};
+  Recording messages(options, RecordingForm::kMessages), measurements(options);
+  std::array<int, 2> images{}, corrupted{};
+  while (const auto measurement = messages.Next().value()) {
+    const auto* image = std::get_if<Image>(&*measurement);
+    if (image == nullptr) continue;
+    ++images.at(static_cast<std::size_t>(image->camera));
+    corrupted.at(static_cast<std::size_t>(image->camera)) += messages.IsCorrupted(*measurement);
+  }
+  EXPECT_THAT(images, ::testing::ElementsAre(5, 5));
+  EXPECT_THAT(corrupted, ::testing::ElementsAre(0, 2));
+  EXPECT_EQ(ImagesOf(measurements).size(), 8U);
+  EXPECT_EQ(measurements.Counts().at("/cam1").dropped.at("message cut off"), 2);
+  EXPECT_TRUE(measurements.Counts().at("/cam0").dropped.empty());
+}
+
 // cam0 dies, cam1 freezes, its lens is dirty, exposures jump.
 TEST(Recording, CamerasFailAsOrdered) {
   SequenceOptions options = StandardSequence("courtyard-easy", WithCameras(), 1.0);
