@@ -148,6 +148,7 @@ Json SceneJson(const SequenceOptions& sequence, const SceneImportOptions& import
     waypoints.push_back(ToJson(point));
   return {{"scale", import.scale},
           {"up", import.up == UpAxis::kY ? "y" : "z"},
+          {"relief_m", {import.relief.fine, import.relief.coarse}},
           {"waypoints", waypoints}};
 }
 

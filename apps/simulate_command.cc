@@ -10,6 +10,8 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "contact_sheet.h"
@@ -350,6 +352,20 @@ void AddSceneOptions(CLI::App& command, SimulateOptions& options) {
   command.add_option("--scene-scale", options.scene_import.scale, "Metres per unit of the scene")
       ->check(NumberAbove(0.0, 1e6))
       ->capture_default_str()
+      ->needs(scene);
+  Relief& relief = options.scene_import.relief;
+  command
+      .add_option_function<std::pair<double, double>>(
+          "--scene-relief",
+          [&relief](const std::pair<double, double>& rms) {
+            std::tie(relief.fine, relief.coarse) = rms;
+          },
+          fmt::format(
+              "BUMPS,WAVES: unevenness of its surfaces for LiDARs, rms in m, over {} and {} m "
+              "(default: {},{}, plaster)",
+              relief.fine_size, relief.coarse_size, relief.fine, relief.coarse))
+      ->delimiter(',')
+      ->check(NumberIn(0.0, 0.1))
       ->needs(scene);
   AddChoice<UpAxis>(command, "--scene-up", options.scene_import.up,
                     {{"y", UpAxis::kY}, {"z", UpAxis::kZ}}, "Axis that is up in the scene")

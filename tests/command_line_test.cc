@@ -89,7 +89,8 @@ TEST_F(CommandLine, NumbersOfEvaluateMustBeFiniteAndInRange) {
 }
 
 TEST_F(CommandLine, OptionsWithoutTheirPartnerAreRefused) {
-  for (const std::string option : {"--waypoint 1,2,3", "--scene-up z", "--scene-scale 2"}) {
+  for (const std::string option :
+       {"--waypoint 1,2,3", "--scene-up z", "--scene-scale 2", "--scene-relief 0,0"}) {
     ExpectUsageError(Simulate(option), "requires --scene");
   }
   ExpectUsageError(Simulate("--start 0,0,0,0"), "requires --trajectory");

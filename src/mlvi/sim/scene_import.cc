@@ -80,7 +80,8 @@ class SceneReader {
   Expected<Material> ReadMaterial(const aiMaterial& source) const {
     aiString name;
     source.Get(AI_MATKEY_NAME, name);
-    Material material{.name = name.C_Str(), .reflectivity = options_.reflectivity};
+    Material material{
+        .name = name.C_Str(), .reflectivity = options_.reflectivity, .relief = options_.relief};
     aiColor4D colour(0.5F, 0.5F, 0.5F, 1.0F);
     if (source.Get(AI_MATKEY_BASE_COLOR, colour) != aiReturn_SUCCESS)
       source.Get(AI_MATKEY_COLOR_DIFFUSE, colour);

@@ -15,6 +15,8 @@ struct SceneImportOptions {
   double scale = 1.0;         // m per unit of the file
   UpAxis up = UpAxis::kY;     // glTF: always y, as Assimp makes of COLLADA; OBJ: mostly y
   double reflectivity = 0.4;  // of all materials: files do not tell that of a LiDAR's wavelength
+  // Of all materials, for LiDARs: plaster, unless the mesh itself is as uneven as what it shows.
+  Relief relief = {.fine = 0.001, .fine_size = 0.15, .coarse = 0.0025, .coarse_size = 0.9};
 };
 
 // A mesh from a file of any format that Assimp reads (tried: glTF, OBJ, COLLADA), with the pictures

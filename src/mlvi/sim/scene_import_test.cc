@@ -57,7 +57,7 @@ class SceneImport : public ::testing::TestWithParam<std::string> {
 };
 
 TEST_P(SceneImport, ReadsARoomWithItsPicture) {
-  const auto mesh = ImportScene(Write(), {.scale = 2.0});
+  const auto mesh = ImportScene(Write(), {.scale = 2.0, .relief = {.fine = 0.004}});
   ASSERT_TRUE(mesh.has_value()) << mesh.error().message;
   EXPECT_EQ(mesh->triangles.size(), 12U);
   EXPECT_EQ(mesh->texture_coordinates.size(), mesh->vertices.size());
@@ -69,6 +69,8 @@ TEST_P(SceneImport, ReadsARoomWithItsPicture) {
   EXPECT_LT((low - Eigen::Vector3f(-8.0F, -6.0F, 0.0F)).norm(), 1e-4F);
   EXPECT_LT((high - Eigen::Vector3f(8.0F, 6.0F, 6.0F)).norm(), 1e-4F);
   const Material& wall = mesh->materials[mesh->triangle_materials[0]];
+  EXPECT_EQ(wall.relief.fine, 0.004);
+  EXPECT_EQ(wall.relief.coarse, 0.0);
   ASSERT_NE(wall.image, nullptr);
   EXPECT_EQ(wall.mapping, TextureMapping::kVertex);
   EXPECT_GT(wall.image->Sample(0.25F, 0.5F, 0.0F).x(), 0.95F);  // red
