@@ -8,41 +8,11 @@
 
 #include "mlvi/io/image_encoder.h"
 #include "mlvi/sensors/camera_model.h"
+#include "range_colours.h"
 
 namespace {
 
 using namespace mlvi;
-
-struct Colour {
-  std::uint8_t blue, green, red;
-};
-
-// From red (1 m) over green to blue (40 m), even on a logarithmic scale.
-Colour ColourOf(double range) {
-  const double x = std::clamp(std::log(range) / std::log(40.0), 0.0, 1.0);
-  const auto level = [](double v) {
-    return static_cast<std::uint8_t>(255.0 * std::clamp(v, 0.0, 1.0));
-  };
-  return {level(2.0 * x - 1.0), level(1.0 - std::abs(2.0 * x - 1.0)), level(1.0 - 2.0 * x)};
-}
-
-Image Coloured(const Image& image) {
-  if (image.channels == 3) return image;
-  Image result = image;
-  result.channels = 3;
-  result.pixels.clear();
-  for (const std::uint8_t grey : image.pixels)
-    result.pixels.insert(result.pixels.end(), {grey, grey, grey});
-  return result;
-}
-
-void Paint(Image& image, int column, int row, Colour colour) {
-  const auto at = 3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
-                       static_cast<std::size_t>(column));
-  image.pixels[at] = colour.blue;
-  image.pixels[at + 1] = colour.green;
-  image.pixels[at + 2] = colour.red;
-}
 
 // The returns of a sweep in the world, each from the pose at its own firing.
 std::vector<Eigen::Vector3d> WorldPoints(const Recording& recording, Time time) {
@@ -77,7 +47,7 @@ void DrawPoints(const Recording& recording, const CameraSpec& camera, Time time,
     const auto hit = snapshot.Cast(T_world_camera.translation(), ray / range, range);
     if (hit && hit->range < 0.97 * range - 0.1) continue;
     Paint(image, static_cast<int>(std::lround(pixel->x())),
-          static_cast<int>(std::lround(pixel->y())), ColourOf(range));
+          static_cast<int>(std::lround(pixel->y())), ColourOfRange(range));
   }
 }
 

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "depth_pictures.h"
 #include "exit_code.h"
 #include "interrupt.h"
 #include "mlvi/base/parallel.h"
@@ -43,6 +44,7 @@ struct RunOptions {
   std::string compensation;  // empty: as configured
   bool no_lidar = false;
   bool no_loop = false;
+  double depth_pictures = 0.0;  // s between them; 0: none
   int threads = 0;
 };
 
@@ -97,15 +99,18 @@ class DataSpan {
 };
 
 // Feeds the recording to `slam`; returns why it ended early, if it did.
-std::optional<Error> Feed(MeasurementSource& source, Slam& slam, const InterruptGuard& guard,
-                          DataSpan& span) {
+std::optional<Error> Feed(MeasurementSource& source, Slam& slam, DepthPictures* pictures,
+                          const InterruptGuard& guard, DataSpan& span) {
   ProgressBar progress("run", stderr);
   while (!guard.interrupted()) {
     Expected<std::optional<Measurement>> next = source.Next();
     if (!next) return next.error();
     if (!*next) break;
     span.Add(AvailableAt(**next));
+    if (const auto* image = std::get_if<Image>(&**next); image != nullptr && pictures != nullptr)
+      pictures->Take(*image);
     slam.Process(**next);
+    if (pictures != nullptr) pictures->Write(slam);
     progress.Update(source.Progress(), fmt::format("{} poses", slam.odometry().size()));
   }
   if (!guard.interrupted()) progress.Finish();
@@ -162,8 +167,9 @@ void WarnOfMasks(const Rig& rig, const EventBus& events) {
   }
 }
 
-// Reads `source` to its end and judges what came of it.
-void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFacts& facts) {
+// Reads `source` to its end and judges what came of it. `pictures` may be null.
+void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, DepthPictures* pictures,
+              RunFacts& facts) {
   const auto start = std::chrono::steady_clock::now();
   const InterruptGuard guard;
   slam.events().Subscribe([&](const Event& event) {
@@ -173,7 +179,7 @@ void Estimate(RosBagSource& source, const SlamConfig& config, Slam& slam, RunFac
   WarnOfLeverArms(source.rig(), slam.events());
   WarnOfMasks(source.rig(), slam.events());
   DataSpan span(config.sequencer.max_future_jump);
-  const std::optional<Error> ended = Feed(source, slam, guard, span);
+  const std::optional<Error> ended = Feed(source, slam, pictures, guard, span);
   slam.Finish(source.Dropped());
   facts.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   facts.data_duration_s = span.seconds();
@@ -193,15 +199,25 @@ Expected<int> Run(const RunOptions& options) {
   auto source =
       RosBagSource::Open(options.bags, *selected, SourceOptions(options, *config, *selected));
   if (!source) return tl::unexpected(source.error());
+  const bool draws = options.depth_pictures > 0.0;
+  if (draws && (!(*source)->rig().lidar || (*source)->rig().cameras.empty())) {
+    return MakeError(ErrorKind::kConfiguration,
+                     "--depth-pictures draws what the LiDAR sees over images: it needs a LiDAR and "
+                     "cameras (--cameras), both in the recording");
+  }
   const RunOutputs outputs(options.output);
-  if (const auto prepared = outputs.Prepare(*config); !prepared)
+  if (const auto prepared = outputs.Prepare(*config, draws); !prepared)
     return tl::unexpected(prepared.error());
 
   const Rig& rig = (*source)->rig();
   RunFacts facts{.bags = options.bags, .rig = rig.name};
   const ThreadLimit threads(options.threads);
   Slam slam(*config, rig);
-  Estimate(**source, *config, slam, facts);
+  std::optional<DepthPictures> pictures;
+  if (draws) {
+    pictures.emplace(outputs.depth_pictures(), options.depth_pictures, *config, rig);
+  }
+  Estimate(**source, *config, slam, pictures ? &*pictures : nullptr, facts);
   // For the next run, sensors that did not take part stay in the rig file.
   const auto calibrated = [&](const Rig& of) {
     return slam.visual() ? CalibratedRig(of, rig.CameraNames(), slam.visual()->calibration()) : of;
@@ -212,6 +228,7 @@ Expected<int> Run(const RunOptions& options) {
   for (const std::string& note : facts.notes) fmt::print(stderr, "{}\n", note);
   PrintReport(options, slam, facts);
   if (!written) return tl::unexpected(written.error());
+  if (pictures && pictures->error()) return tl::unexpected(*pictures->error());
   return facts.verdict.exit_code;
 }
 
@@ -246,6 +263,10 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
       ->add_option("--compensation", options->compensation,
                    "Panoramic compensation of visual odometry")
       ->check(CLI::IsMember({"none", "plane", "ray"}));
+  command
+      ->add_option("--depth-pictures", options->depth_pictures,
+                   "Every so many seconds a picture per camera with the LiDAR's depth drawn in")
+      ->check(CLI::PositiveNumber);
   AddThreadsOption(*command, options->threads);
   command->callback([options, &exit_code] { exit_code = Report(Run(*options)); });
   AddConfigDocsCommand(app);

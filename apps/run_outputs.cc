@@ -32,9 +32,9 @@ void ForEachPoint(const Slam& slam, const Visit& visit) {
 
 }  // namespace
 
-Expected<void> RunOutputs::Prepare(const SlamConfig& config) const {
+Expected<void> RunOutputs::Prepare(const SlamConfig& config, bool depth_pictures) const {
   std::error_code error;
-  std::filesystem::create_directories(folder_, error);
+  std::filesystem::create_directories(depth_pictures ? this->depth_pictures() : folder_, error);
   if (error) {
     return MakeError(ErrorKind::kConfiguration, "cannot make the output folder '{}': {}",
                      folder_.string(), error.message());

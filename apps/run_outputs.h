@@ -15,8 +15,10 @@ class RunOutputs {
  public:
   explicit RunOutputs(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  // Makes the folder and writes config.yaml, so that an unwritable place is found before the work.
-  mlvi::Expected<void> Prepare(const mlvi::SlamConfig& config) const;
+  // Makes the folder, that of depth pictures too if wanted, and writes config.yaml, so that an
+  // unwritable place is found before the work.
+  mlvi::Expected<void> Prepare(const mlvi::SlamConfig& config, bool depth_pictures) const;
+  std::filesystem::path depth_pictures() const { return folder_ / "depth_pictures"; }
   // summary.json, trajectory.tum, odometry.tum, calibrated_rig.yaml (`rig`), map.ply, map.png. What
   // cannot be written does not keep the rest from being written; it is named in `not_written` of
   // the summary and in the error.

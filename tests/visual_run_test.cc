@@ -10,8 +10,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "mlvi/eval/evaluation.h"
@@ -141,6 +143,7 @@ class VisualRun : public ::testing::Test {
   void ExpectAWrongMountToBeFoundAndNamed();
   void ExpectNoChangeOfTheLidarsEstimate();
   void ExpectANearlyBlackMaskToBeNamed();
+  void ExpectDepthToBeDrawn();
 
   std::string Path(const std::string& name) const { return (temporary_.path() / name).string(); }
   std::string Read(const std::string& name) const {
@@ -275,6 +278,31 @@ void VisualRun::ExpectANearlyBlackMaskToBeNamed() {
   EXPECT_THAT(output_, ::testing::Not(HasSubstr("images visible")));
 }
 
+// Pictures of both cameras every two of seven seconds, but for the first, before the odometry's
+// start. They are the images with points drawn in, of the colour of their distance.
+void VisualRun::ExpectDepthToBeDrawn() {
+  Write();
+  ASSERT_EQ(Run("--cameras all --depth-pictures 2"), 0) << output_;
+  std::map<std::string, int> pictures;
+  for (const auto& entry : fs::directory_iterator(Path("result/depth_pictures"))) {
+    const std::string name = entry.path().filename().string();
+    ++pictures[name.substr(0, name.find('_'))];
+    EXPECT_EQ(entry.path().extension(), ".png");
+    const cv::Mat picture = cv::imread(entry.path().string(), cv::IMREAD_COLOR);
+    ASSERT_EQ(picture.size(), cv::Size(320, 256)) << name;
+    int drawn = 0;
+    for (const cv::Vec3b& p : cv::Mat_<cv::Vec3b>(picture)) drawn += p[0] != p[1] || p[1] != p[2];
+    EXPECT_GT(drawn, 0.02 * 320 * 256) << name;
+    EXPECT_LT(drawn, 0.98 * 320 * 256) << name;
+  }
+  EXPECT_THAT(pictures,
+              ::testing::ElementsAre(
+                  ::testing::Pair("left", ::testing::AllOf(::testing::Ge(3), ::testing::Le(4))),
+                  ::testing::Pair("right", ::testing::AllOf(::testing::Ge(3), ::testing::Le(4)))));
+  EXPECT_EQ(Run("--cameras all --no-lidar --depth-pictures 2"), 1);
+  EXPECT_THAT(output_, HasSubstr("--depth-pictures draws what the LiDAR sees over images"));
+}
+
 // ctest runs every case in a process of its own, and tracing the recording is what takes the time:
 // one case.
 TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
@@ -284,6 +312,7 @@ TEST_F(VisualRun, AloneWithFaultsAndBesideALidar) {
   ExpectAWrongMountToBeFoundAndNamed();
   ExpectNoChangeOfTheLidarsEstimate();
   ExpectANearlyBlackMaskToBeNamed();
+  ExpectDepthToBeDrawn();
 }
 
 TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {

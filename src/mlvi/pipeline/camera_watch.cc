@@ -83,6 +83,7 @@ bool CameraWatch::IsFrozen(const Image& image, Watched& camera) {
   if (!repeats) return false;
   ++camera.frozen;
   if (camera.frozen_in_a_row == kReportAfter) {
+    camera.was_frozen = true;
     Warn(camera, image.stamp,
          fmt::format("frozen: {} times the same picture in a row before {}; its images are not "
                      "used until they change. "
@@ -119,7 +120,8 @@ void CameraWatch::ObserveLight(const Image& image, Watched& camera) {
   camera.dark_in_a_row = dark ? camera.dark_in_a_row + 1 : 0;
   if (!dark) return;
   ++camera.dark;
-  if (camera.dark == kReportAfter) {
+  if (camera.dark_in_a_row == kReportAfter && !camera.was_dark) {
+    camera.was_dark = true;
     Warn(
         camera, image.stamp,
         fmt::format(
@@ -170,7 +172,8 @@ Health CameraWatch::Judge(const Watched& camera) const {
                         (now_ - camera.newest).seconds())};
   }
   const auto received = static_cast<double>(report.received);
-  if (camera.frozen >= kReportAfter) {
+  const auto frozen = static_cast<double>(camera.frozen);
+  if (camera.was_frozen || frozen > config_.degraded_share * received) {
     return {HealthLevel::kDegraded,
             fmt::format("frozen in {} of {} images", camera.frozen, report.received)};
   }

@@ -51,7 +51,7 @@ class CameraWatch {
     Duration period;  // the shortest interval so far, zero before the second image
     std::uint64_t fingerprint = 0;
     std::int64_t dark = 0, frozen = 0, frozen_in_a_row = 0, dark_in_a_row = 0;
-    bool silent = false;
+    bool silent = false, was_dark = false, was_frozen = false;  // the latter: for long enough
   };
 
   bool IsFrozen(const Image& image, Watched& camera);

@@ -93,6 +93,22 @@ TEST_F(CameraWatchTest, ADarkCameraIsReportedButBlackIsNotFrozen) {
   EXPECT_EQ(Report("right").health.reason, "dark in 30 of 30 images");
 }
 
+// Now and then a picture that is dark or comes twice, never five in a row: no reason to warn.
+TEST_F(CameraWatchTest, SingleDarkOrRepeatedPicturesAreNoFault) {
+  Image before = Picture(1, 0.0);
+  for (int i = 0; i < 100; ++i) {
+    Image left = Picture(0, 0.1 * i), right = Picture(1, 0.1 * i);
+    if (i % 10 == 3) std::fill(left.pixels.begin(), left.pixels.end(), 2);
+    if (i % 10 == 5) right.pixels = before.pixels;
+    before = right;
+    Inspect({left, right});
+  }
+  EXPECT_THAT(messages_, IsEmpty());
+  EXPECT_EQ(Report("left").health.level, HealthLevel::kHealthy);
+  EXPECT_EQ(Report("right").dropped.at("frozen: the same picture again"), 10);
+  EXPECT_EQ(Report("right").health.level, HealthLevel::kHealthy);
+}
+
 TEST_F(CameraWatchTest, ADeadCameraIsReportedWhenItIsSilentAndHasFailed) {
   for (int i = 0; i < 60; ++i) {
     std::vector<Image> images = {Picture(0, 0.1 * i)};
