@@ -28,7 +28,7 @@ class LidarDepthTest : public ::testing::Test {
   void MakeFrames() {
     window_.frames.clear();
     for (int i = 0; i <= 4; ++i) {
-      WindowFrame frame{.id = FrameId(i), .imu = {}, .first_estimate = {}};
+      WindowFrame frame{.id = FrameId(i), .imu = {}, .prior_state = {}};
       frame.state.stamp = At(0.1 * i);
       const Pose3 T_room_body = BodyInRoom(0.1 * i);
       const Eigen::Vector3d v_room(kSpeed, 0.0, 0.0);

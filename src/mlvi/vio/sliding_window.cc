@@ -59,9 +59,8 @@ void SlidingWindow::Start(const FrameImages& images, const OdometryEstimate& sta
                             .state = state.state,
                             .keyframe = true,
                             .imu = {},
-                            .first_estimate = {},
+                            .prior_state = state.state,
                             .timings = TimeImages(images, state.state.bias, samples)});
-  window_.frames.front().Freeze();
   PrepareFrames();
   // The frame's coordinates are the error state's, turned; so the inverse is the transpose.
   const Matrix15d by_error = ErrorByFrameStep(state.state.T_world_body.R()).transpose();
@@ -88,7 +87,7 @@ void SlidingWindow::Add(const FrameImages& images, std::span<const ImuSample> sa
   const NavState& newest = window_.frames.back().state;
   WindowFrame added{.id = images.frame,
                     .imu = Connect(samples, newest.stamp, images.stamp, newest.bias, imu_),
-                    .first_estimate = {},
+                    .prior_state = {},
                     .timings = TimeImages(images, newest.bias, samples)};
   added.state = mlvi::Predict(newest, added.imu->motion, gravity_);
   window_.frames.push_back(std::move(added));

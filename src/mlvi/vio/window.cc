@@ -34,23 +34,6 @@ ImuConnection Connect(std::span<const ImuSample> samples, Time from, Time to, co
   return result;
 }
 
-void WindowFrame::Move(const Vector15d& d) {
-  if (first_estimate) {
-    step += d;
-    const Time stamp = state.stamp;
-    state = MoveState(*first_estimate, step);
-    state.stamp = stamp;
-  } else {
-    state = MoveState(state, d);
-  }
-}
-
-void WindowFrame::Freeze() {
-  if (first_estimate) return;
-  first_estimate = state;
-  step.setZero();
-}
-
 int VioWindow::FindFrame(FrameId id) const {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (frames[i].id == id) return static_cast<int>(i);

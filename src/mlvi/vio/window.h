@@ -44,20 +44,15 @@ struct WindowFrame {
   NavState state;  // at the stamp of the set of images
   bool keyframe = false;
   std::optional<ImuConnection> imu;  // from the frame before; not of the first
-  // First estimate: once a frame is part of the prior, Jacobians are taken where the prior was
-  // linearised, by every factor, or else they would disagree about what is not observable (global
-  // position and heading). `step` leads from there to `state`.
-  std::optional<NavState> first_estimate;
-  Vector15d step = Vector15d::Zero();
+  // Where the prior was linearised that this frame is part of; empty: it is not.
+  std::optional<NavState> prior_state;
   double rest_sigma = 0.0;  // m/s; the body stands still to this, per axis; 0: nothing is known
   // Per camera: when its image was taken, and what that means for the present state; the latter is
   // a constant while the window is solved.
   std::vector<ImageTiming> timings;
   std::vector<ImageMotion> images;
 
-  const NavState& linearization() const { return first_estimate ? *first_estimate : state; }
-  void Move(const Vector15d& d);
-  void Freeze();  // the present state becomes the first estimate, unless there is one
+  void Move(const Vector15d& d) { state = MoveState(state, d); }
 };
 
 struct WindowObservation {
@@ -124,7 +119,7 @@ class WindowLayout {
 };
 
 // What has left the window: residual(step) = residual + sqrt_information * step, with `step` the
-// steps of frames from their first estimates and of the calibration from `calibration`, stacked.
+// steps of frames from their prior states and of the calibration from `calibration`, stacked.
 struct WindowPrior {
   struct Block {
     FrameId frame;  // invalid: the calibration

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mlvi/base/parallel.h"
+#include "mlvi/geometry/so3.h"
 #include "mlvi/imu/imu_residual.h"
 #include "mlvi/vio/bearing_factor.h"
 #include "mlvi/vio/calibration_prior.h"
@@ -30,13 +31,6 @@ double LossWeight(const WindowConfig& config, double s) {
                                             : CauchyKernel{config.loss_scale}.Weight(s);
 }
 
-// What bearings need of every image.
-struct ImagePlaces {
-  ImagePlace now;            // for residuals
-  ImagePlace linearization;  // for Jacobians
-  bool frozen = false;
-};
-
 // Evaluates bearings of one window.
 class BearingEvaluator {
  public:
@@ -45,12 +39,7 @@ class BearingEvaluator {
     for (const WindowFrame& f : window.frames) {
       MLVI_CHECK(f.images.size() == cameras_, "{} images of {} cameras", f.images.size(), cameras_);
       for (std::size_t c = 0; c < cameras_; ++c) {
-        const double offset = window.calibration.time_offsets[c];
-        const ImagePlace now(f.state.T_world_body, f.images[c], offset);
-        places_.push_back({now, now, f.first_estimate.has_value()});
-        if (!f.first_estimate) continue;
-        places_.back().linearization =
-            ImagePlace(f.first_estimate->T_world_body, f.images[c], offset);
+        places_.emplace_back(f.state.T_world_body, f.images[c], window.calibration.time_offsets[c]);
       }
       ids_.push_back(f.id);
     }
@@ -62,7 +51,7 @@ class BearingEvaluator {
     return static_cast<int>(found - ids_.begin());
   }
   // Of the image of one camera in one frame.
-  const ImagePlaces& place(int frame, int camera) const {
+  const ImagePlace& place(int frame, int camera) const {
     return places_[static_cast<std::size_t>(frame) * cameras_ + static_cast<std::size_t>(camera)];
   }
 
@@ -72,27 +61,20 @@ class BearingEvaluator {
                             window_.calibration.radius, config_.compensation, role);
   }
 
-  // Residual in px at the present estimate, Jacobians at the linearisation points.
-  std::optional<Eigen::Vector2d> Evaluate(const PanoramicRay& anchor, const ImagePlaces& a,
+  // Residual in px.
+  std::optional<Eigen::Vector2d> Evaluate(const PanoramicRay& anchor, const ImagePlace& a,
                                           double rho, const PanoramicRay& target,
-                                          const ImagePlaces& t, BearingJacobians* jacobians) const {
-    const Pose3& T_body_pano = window_.calibration.T_body_pano;
-    const BearingGeometry now{a.now.T_world_image, t.now.T_world_image, T_body_pano};
-    const bool frozen = jacobians != nullptr && (a.frozen || t.frozen);
-    const auto residual = BearingResidual(anchor, rho, target, now, frozen ? nullptr : jacobians);
-    if (residual && frozen) {
-      const BearingGeometry first{a.linearization.T_world_image, t.linearization.T_world_image,
-                                  T_body_pano};
-      if (!BearingResidual(anchor, rho, target, first, jacobians)) return std::nullopt;
-    }
-    return residual;
+                                          const ImagePlace& t, BearingJacobians* jacobians) const {
+    return BearingResidual(anchor, rho, target,
+                           {a.T_world_image, t.T_world_image, window_.calibration.T_body_pano},
+                           jacobians);
   }
 
  private:
   const VioWindow& window_;
   const WindowConfig& config_;
   std::size_t cameras_;
-  std::vector<ImagePlaces> places_;  // frame by frame
+  std::vector<ImagePlace> places_;  // frame by frame
   std::vector<FrameId> ids_;
 };
 
@@ -133,15 +115,15 @@ class VisualBlocks {
 struct BearingEnd {
   int frame = 0;
   int camera = 0;
-  const ImagePlaces* place = nullptr;
+  const ImagePlace* place = nullptr;
 };
 
 // The columns of time offsets; within one set they matter between two cameras.
 void CollectTimes(const WindowLayout& layout, const BearingJacobians& j, const BearingEnd& anchor,
                   const BearingEnd& target, VisualBlocks& blocks) {
   const int first = 6 * layout.frames();
-  const Eigen::Vector2d by_anchor = j.anchor * anchor.place->linearization.by_time_offset;
-  const Eigen::Vector2d by_target = j.target * target.place->linearization.by_time_offset;
+  const Eigen::Vector2d by_anchor = j.anchor * anchor.place->by_time_offset;
+  const Eigen::Vector2d by_target = j.target * target.place->by_time_offset;
   if (anchor.camera == target.camera) {
     if (anchor.frame != target.frame)
       blocks.AddColumn(first + layout.time(anchor.camera), by_anchor + by_target);
@@ -157,7 +139,7 @@ void CollectTimes(const WindowLayout& layout, const BearingJacobians& j, const B
 VisualBlocks CollectBlocks(const WindowLayout& layout, const BearingJacobians& j,
                            const BearingEnd& anchor, const BearingEnd& target) {
   VisualBlocks blocks;
-  const ImagePlace &a = anchor.place->linearization, &t = target.place->linearization;
+  const ImagePlace &a = *anchor.place, &t = *target.place;
   if (anchor.frame != target.frame) {  // within one frame its pose does not matter
     blocks.Add(6 * anchor.frame, a.moved ? (j.anchor * a.by_pose).eval() : j.anchor);
     blocks.Add(6 * target.frame, t.moved ? (j.target * t.by_pose).eval() : j.target);
@@ -296,33 +278,21 @@ Matrix15d ByFrameStep(const Matrix15d& by_error, const NavState& state) {
   return J;
 }
 
-Vector15d ImuError(const VioWindow& window, std::size_t i, double gravity) {
-  const WindowFrame &first = window.frames[i - 1], &second = window.frames[i];
-  return second.imu->sqrt_information *
-         EvaluateImuResidual(first.state, second.state, second.imu->motion, gravity).value;
-}
-
 void AddImu(const VioWindow& window, std::size_t i, double gravity, LinearizedWindow& system) {
   const WindowFrame &first = window.frames[i - 1], &second = window.frames[i];
   const ImuConnection& imu = *second.imu;
-  const Vector15d residual = ImuError(window, i, gravity);
-  const ImuResidual at =
-      EvaluateImuResidual(first.linearization(), second.linearization(), imu.motion, gravity);
+  const ImuResidual at = EvaluateImuResidual(first.state, second.state, imu.motion, gravity);
+  const Vector15d residual = imu.sqrt_information * at.value;
   Eigen::Matrix<double, 15, 30> J;
-  J << imu.sqrt_information * ByFrameStep(at.by_first, first.linearization()),
-      imu.sqrt_information * ByFrameStep(at.by_second, second.linearization());
+  J << imu.sqrt_information * ByFrameStep(at.by_first, first.state),
+      imu.sqrt_information * ByFrameStep(at.by_second, second.state);
   const int start = system.layout.frame(static_cast<int>(i) - 1);
   system.H.block<30, 30>(start, start).noalias() += J.transpose() * J;
   system.b.segment<30>(start).noalias() -= J.transpose() * residual;
   system.cost += 0.5 * residual.squaredNorm();
 }
 
-double RestCost(const WindowFrame& frame) {
-  if (frame.rest_sigma == 0.0) return 0.0;
-  return 0.5 * frame.state.v_world_body.squaredNorm() / (frame.rest_sigma * frame.rest_sigma);
-}
-
-// A velocity of zero was measured. Linear, so that first estimates do not matter.
+// A velocity of zero was measured.
 void AddRest(const VioWindow& window, std::size_t i, LinearizedWindow& system) {
   const WindowFrame& frame = window.frames[i];
   if (frame.rest_sigma == 0.0) return;
@@ -330,47 +300,61 @@ void AddRest(const VioWindow& window, std::size_t i, LinearizedWindow& system) {
   const int start = system.layout.frame(static_cast<int>(i)) + frame_index::kVelocity;
   system.H.diagonal().segment<3>(start).array() += information;
   system.b.segment<3>(start) -= information * frame.state.v_world_body;
-  system.cost += RestCost(frame);
+  system.cost += 0.5 * information * frame.state.v_world_body.squaredNorm();
 }
 
-// The step of all coordinates of the prior, stacked.
-Eigen::VectorXd PriorStep(const VioWindow& window, const WindowLayout& layout) {
+// The step of a frame from where the prior has it, and how that depends on one of its state.
+struct StepFromPrior {
+  explicit StepFromPrior(const WindowFrame& frame)
+      : value(StateStep(*frame.prior_state, frame.state)) {
+    const Eigen::Quaterniond turn = frame.prior_state->T_world_body.rotation().conjugate() *
+                                    frame.state.T_world_body.rotation();
+    by_state.block<3, 3>(frame_index::kPose, frame_index::kPose) = turn.toRotationMatrix();
+    by_state.block<3, 3>(frame_index::kRotation, frame_index::kRotation) =
+        RightJacobianInverseSo3(value.segment<3>(frame_index::kRotation));
+  }
+
+  Vector15d value;
+  Matrix15d by_state = Matrix15d::Identity();
+};
+
+// The prior at the present estimate: its residual, and the derivative by `coordinates`.
+struct PriorResidual {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd J;
+  std::vector<int> coordinates;
+};
+
+PriorResidual EvaluatePrior(const VioWindow& window, const WindowLayout& layout) {
   const WindowPrior& prior = window.prior;
-  Eigen::VectorXd step(prior.sqrt_information.cols());
-  int row = 0;
   const Eigen::VectorXd calibration =
       CalibrationStep(prior.calibration, window.calibration, layout);
+  PriorResidual result{.value = prior.residual, .J = prior.sqrt_information, .coordinates = {}};
   for (const WindowPrior::Block& block : prior.blocks) {
+    const auto column = static_cast<Eigen::Index>(result.coordinates.size());
+    const Eigen::MatrixXd by_step = prior.sqrt_information.middleCols(column, block.size);
+    int start = layout.calibration();
     if (block.frame.valid()) {
-      const WindowFrame& frame =
-          window.frames[static_cast<std::size_t>(window.FindFrame(block.frame))];
-      step.segment(row, block.size) = frame.step.segment(block.first, block.size);
+      const int frame = window.FindFrame(block.frame);
+      start = layout.frame(frame);
+      const StepFromPrior step(window.frames[static_cast<std::size_t>(frame)]);
+      result.value += by_step * step.value.segment(block.first, block.size);
+      result.J.middleCols(column, block.size) =
+          by_step * step.by_state.block(block.first, block.first, block.size, block.size);
     } else {
-      step.segment(row, block.size) = calibration.segment(block.first, block.size);
+      result.value += by_step * calibration.segment(block.first, block.size);
     }
-    row += block.size;
+    for (int k = 0; k < block.size; ++k) result.coordinates.push_back(start + block.first + k);
   }
-  MLVI_CHECK(row == step.size(), "blocks of {} in a prior of {}", row, step.size());
-  return step;
-}
-
-Eigen::VectorXd PriorError(const VioWindow& window, const WindowLayout& layout) {
-  return window.prior.residual + window.prior.sqrt_information * PriorStep(window, layout);
+  return result;
 }
 
 void AddPrior(const VioWindow& window, LinearizedWindow& system) {
-  const WindowPrior& prior = window.prior;
-  if (prior.blocks.empty()) return;
-  const Eigen::VectorXd residual = PriorError(window, system.layout);
-  const Eigen::MatrixXd& J = prior.sqrt_information;
-  const Eigen::MatrixXd information = J.transpose() * J;
-  const Eigen::VectorXd gradient = -J.transpose() * residual;
-  std::vector<int> coordinates;
-  for (const WindowPrior::Block& block : prior.blocks) {
-    const int start = block.frame.valid() ? system.layout.frame(window.FindFrame(block.frame))
-                                          : system.layout.calibration();
-    for (int k = 0; k < block.size; ++k) coordinates.push_back(start + block.first + k);
-  }
+  if (window.prior.blocks.empty()) return;
+  const PriorResidual prior = EvaluatePrior(window, system.layout);
+  const Eigen::MatrixXd information = prior.J.transpose() * prior.J;
+  const Eigen::VectorXd gradient = -prior.J.transpose() * prior.value;
+  const std::vector<int>& coordinates = prior.coordinates;
   const auto size = static_cast<int>(coordinates.size());
   for (int c = 0; c < size; ++c) {
     for (int r = 0; r < size; ++r) {
@@ -379,7 +363,7 @@ void AddPrior(const VioWindow& window, LinearizedWindow& system) {
     }
     system.b[coordinates[c]] += gradient[c];
   }
-  system.cost += 0.5 * residual.squaredNorm();
+  system.cost += 0.5 * prior.value.squaredNorm();
 }
 
 // Brings the sums of bearings to their places.

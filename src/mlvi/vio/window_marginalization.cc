@@ -22,12 +22,6 @@ constexpr double kDoubt = 2.0;
 
 using Blocks = std::vector<WindowPrior::Block>;
 
-int SizeOf(const Blocks& blocks) {
-  int size = 0;
-  for (const WindowPrior::Block& block : blocks) size += block.size;
-  return size;
-}
-
 // The coordinates that a linearised problem says something about, without the first frame's.
 Blocks InvolvedBlocks(const VioWindow& window, const WindowLayout& layout,
                       const Eigen::MatrixXd& H) {
@@ -225,18 +219,11 @@ WindowPrior PriorWithoutFirstFrame(VioWindow& window, const LinearizedWindow& sy
   const ReducedSystem rest = SchurComplement(reduced, frame_index::kSize,
                                              CoordinatesOf(prior.blocks, window, system.layout));
   SquareRoot(rest, prior.sqrt_information, prior.residual);
-  // The residual so far is that of the present estimate; the prior counts from the first estimates.
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(SizeOf(prior.blocks));
-  int row = 0;
   for (const WindowPrior::Block& block : prior.blocks) {
-    if (block.frame.valid()) {
-      WindowFrame& frame = window.frames[static_cast<std::size_t>(window.FindFrame(block.frame))];
-      frame.Freeze();
-      step.segment(row, block.size) = frame.step.segment(block.first, block.size);
-    }
-    row += block.size;
+    if (!block.frame.valid()) continue;
+    WindowFrame& frame = window.frames[static_cast<std::size_t>(window.FindFrame(block.frame))];
+    frame.prior_state = frame.state;
   }
-  prior.residual -= prior.sqrt_information * step;
   return prior;
 }
 
@@ -257,7 +244,7 @@ void DropFrame(VioWindow& window, std::size_t index, const WindowConfig& config,
   MLVI_CHECK(index > 0 && index + 1 < window.frames.size(), "frame {} of {}", index,
              window.frames.size());
   const WindowFrame& dropped = window.frames[index];
-  MLVI_CHECK(!dropped.first_estimate, "frame {} is part of the prior", dropped.id.value());
+  MLVI_CHECK(!dropped.prior_state, "frame {} is part of the prior", dropped.id.value());
   ForgetObservations(window, dropped.id, config);
   WindowFrame& next = window.frames[index + 1];
   std::vector<ImuSample> samples = dropped.imu->samples;

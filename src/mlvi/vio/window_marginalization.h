@@ -25,7 +25,7 @@ WindowPrior FirstPrior(const VioWindow& window, const Matrix15d& covariance,
                        const CalibrationKnowledge& known = {});
 
 // The prior that a linearised problem leaves on everything but its first frame: the Schur
-// complement as a square root. Frames get first estimates.
+// complement as a square root. Frames that it knows get their present states as prior states.
 WindowPrior PriorWithoutFirstFrame(VioWindow& window, const LinearizedWindow& system);
 
 // Takes the first frame out of the window, with the observations of features whose depth is known:

@@ -17,24 +17,19 @@ constexpr double kDepthDamping = 1.0;
 // Everything that a step changes.
 struct Values {
   explicit Values(const VioWindow& window)
-      : frames(window.frames.size()), calibration(window.calibration) {
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      frames[i] = {window.frames[i].state, window.frames[i].step};
-    }
+      : states(window.frames.size()), calibration(window.calibration) {
+    for (std::size_t i = 0; i < states.size(); ++i) states[i] = window.frames[i].state;
     for (const WindowFeature& f : window.features) inverse_depths.push_back(f.inverse_depth);
   }
   void Restore(VioWindow& window) const {
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      window.frames[i].state = frames[i].first;
-      window.frames[i].step = frames[i].second;
-    }
+    for (std::size_t i = 0; i < states.size(); ++i) window.frames[i].state = states[i];
     for (std::size_t f = 0; f < inverse_depths.size(); ++f) {
       window.features[f].inverse_depth = inverse_depths[f];
     }
     window.calibration = calibration;
   }
 
-  std::vector<std::pair<NavState, Vector15d>> frames;
+  std::vector<NavState> states;
   std::vector<double> inverse_depths;
   VioCalibration calibration;
 };

@@ -87,13 +87,10 @@ TEST_P(WindowGradient, AgreesWithDifferencesOfTheObjective) {
   for (std::size_t f = 0; f < window.features.size(); f += 3) {
     window.features[f].lidar = {1.1 * window.features[f].inverse_depth, 0.05};
   }
-  // First estimates keep Jacobians where the prior was made; here all is to be taken at the
-  // present.
+  // The prior was made elsewhere.
   for (WindowFrame& frame : window.frames) {
-    if (frame.first_estimate) frame.first_estimate = MoveState(frame.state, -frame.step);
+    if (frame.prior_state) frame.prior_state = MoveState(frame.state, 0.01 * Vector15d::Ones());
   }
-  window.frames.front().first_estimate = window.frames.front().state;
-  window.frames.front().step.setZero();
   const LinearizedWindow system = Linearize(window, config, kGravity);
   const int size = system.layout.size();
   for (int i = 0; i < size + static_cast<int>(window.features.size()); ++i) {
@@ -224,8 +221,7 @@ TEST(WindowSolverTest, FindsTheOptimumThatCeresFinds) {
   // The first frame is held, as Ceres holds it.
   VioWindow first = window;
   first.frames.resize(1);
-  window.frames.front().first_estimate = window.frames.front().state;
-  window.frames.front().step.setZero();
+  window.frames.front().prior_state = window.frames.front().state;
   window.prior = FirstPrior(first, 1e-16 * Matrix15d::Identity());
   BatchWindow batch(window, config);
   ceres::Solver::Options options;
@@ -282,13 +278,11 @@ TEST(MarginalizationTest, PriorIsTheSchurComplement) {
   const auto columns = InverseColumns(reduced.H, 0, static_cast<int>(reduced.H.rows()));
   ASSERT_TRUE(columns);
   const Eigen::VectorXd step = *columns * reduced.b;
-  std::vector<Vector15d> before;
-  for (const WindowFrame& f : window.frames) before.push_back(f.step);
   const WindowPrior prior = PriorWithoutFirstFrame(window, system);
   const Eigen::MatrixXd information = prior.sqrt_information.transpose() * prior.sqrt_information;
   const auto covariance = InverseColumns(information, 0, static_cast<int>(information.rows()));
   ASSERT_TRUE(covariance);
-  // The minimum of the prior, as steps from the first estimates.
+  // The minimum of the prior, as steps from the present states.
   const Eigen::VectorXd minimum =
       -*covariance * (prior.sqrt_information.transpose() * prior.residual);
   int row = 0;
@@ -299,10 +293,7 @@ TEST(MarginalizationTest, PriorIsTheSchurComplement) {
         block.first;
     for (int k = 0; k < block.size; ++k, ++row) {
       const double sigma = std::sqrt((*columns)(start + k, start + k));
-      const double from = block.frame.valid()
-                              ? window.frames[static_cast<std::size_t>(index)].step[block.first + k]
-                              : 0.0;
-      EXPECT_NEAR(minimum[row], from + step[start + k], 1e-5 * sigma);
+      EXPECT_NEAR(minimum[row], step[start + k], 1e-5 * sigma);
       EXPECT_NEAR((*covariance)(row, row), sigma * sigma, 1e-5 * sigma * sigma);
     }
   }
@@ -320,7 +311,7 @@ TEST(MarginalizationTest, LeavesTheRigFileOutOfThePrior) {
   // The first state is known, or its marginal would be nothing.
   VioWindow first = window;
   first.frames.resize(1);
-  window.frames.front().Freeze();
+  window.frames.front().prior_state = window.frames.front().state;
   window.prior = FirstPrior(first, 1e-4 * Matrix15d::Identity());
   MarginalizeFirstFrame(window, config, kGravity);
   ASSERT_FALSE(window.prior.blocks.back().frame.valid());
