@@ -65,6 +65,8 @@ Expected<SlamConfig> ResolveConfig(const RunOptions& options) {
     if (!set) return tl::unexpected(set.error());
   }
   if (const auto agree = declaration.Check(); !agree) return tl::unexpected(agree.error());
+  if (const auto valid = config.visual.vio.tracker.Validate(); !valid)
+    return tl::unexpected(valid.error());
   return config;
 }
 

@@ -332,6 +332,8 @@ TEST_F(VisualRun, ChoicesOfSensorsThatCannotBeAreErrorsThatSayWhy) {
   EXPECT_THAT(output_,
               HasSubstr("left: topic '/left' is not in the recording; the camera is not used"));
   EXPECT_FALSE(summary_["streams"].contains("left"));
+  EXPECT_EQ(Run("--cameras all --set vio.tracker.refinement.patch.size_px=12"), 1);
+  EXPECT_THAT(output_, HasSubstr("patch.size_px = 12: must be odd"));
   EXPECT_EQ(Run("--cameras all --compensation sphere"), 1);
   EXPECT_THAT(output_, HasSubstr("sphere"));
 }

@@ -64,7 +64,9 @@ void PanoramicTrackerConfig::Declare(ConfigDeclaration& d) {
           "Its places must be those of one fixed point to within this", {0.01, 1000.0});
   d.Field("least_trusted", least_trusted, "",
           "Trials are as much shorter as needed for so many tracks that count", {0.0, 10000.0});
-  d.Field("pixel_sigma", pixel_sigma, "px", "Of tracked positions, one sigma per axis",
+  d.Field("outlier_sigma_px", outlier_sigma_px, "px",
+          "Of tracked positions in the worst images, one sigma per axis: the unit of `outliers`. "
+          "What estimators weigh them by is `vio.window.pixel_sigma`",
           {0.01, 10.0});
   d.Field("max_gap", max_gap, "s", "Tracks of a camera without images end after this", {0.0, 10.0});
   d.Field("prediction_limit_px", prediction_limit_px, "px",
@@ -81,6 +83,19 @@ void PanoramicTrackerConfig::Declare(ConfigDeclaration& d) {
   d.Section("outliers", outliers);
 }
 
+Expected<void> PanoramicTrackerConfig::Validate() const {
+  for (const auto& [key, size] :
+       {std::pair("pyramid.window_px", pyramid.window_px),
+        std::pair("corner.window_px", corner.window_px),
+        std::pair("refinement.patch.size_px", refinement.patch.size_px)}) {
+    if (size % 2 == 1) continue;
+    return MakeError(ErrorKind::kConfiguration,
+                     "vio.tracker.{} = {}: must be odd, a window has a middle pixel: use {} or {}",
+                     key, size, size - 1, size + 1);
+  }
+  return {};
+}
+
 PanoramicTracker::PanoramicTracker(const PanoramaModel& model, const PanoramicTrackerConfig& config)
     : model_(model),
       config_(config),
@@ -93,12 +108,14 @@ TrackingSummary PanoramicTracker::Process(FrameId frame, std::span<const Image> 
                                           const TrackingHints& hints) {
   TrackingSummary summary;
   summary.cameras.resize(streams_.size());
+  refined_.clear();
   BuildPyramids(images);
   EndStaleTracks();
   Follow(frame, hints, summary);
   RejectOutliers(frame, hints, summary);
   StartTracks(frame, summary);
   TrustTracks(frame, hints, summary);
+  summary.refined = static_cast<int>(refined_.size());
   refiner_.Keep(tracks_);
   Advance();
   for (const Track& track : tracks_.tracks()) {
@@ -210,7 +227,7 @@ void PanoramicTracker::Extend(FrameId frame, std::span<const Followed> followed,
     tracks_.Extend(followed[i].request.track, frame, places[i]);
     ++summary.followed;
     ++camera.followed;
-    if (refined[i].observation) ++summary.refined;
+    if (refined[i].observation) refined_.insert(followed[i].request.track);
   }
 }
 
@@ -255,7 +272,7 @@ void PanoramicTracker::RejectOutliers(FrameId frame, const TrackingHints& hints,
     const auto ray = [&](FrameId seen_in, const PanoramicObservation& o) {
       const Pose3& place = place_of(seen_in, o.camera);
       return Ray{place * o.center, place.rotation() * o.bearing,
-                 config_.pixel_sigma / o.resolution()};
+                 config_.outlier_sigma_px / o.resolution()};
     };
     Group& group = groups[before.frame];
     group.ids.push_back(track.id);
@@ -358,6 +375,7 @@ void PanoramicTracker::RejectNewest(TrackId id, int& reason, TrackingSummary& su
   CameraTracking& camera =
       summary.cameras[static_cast<std::size_t>(tracks_.Find(id)->last().camera)];
   tracks_.RejectLast(id);
+  refined_.erase(id);
   ++reason;
   --summary.followed;
   ++camera.outliers;

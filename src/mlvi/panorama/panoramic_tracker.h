@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct PanoramicTrackerConfig {
   int trial = 3;
   double trial_limit_px = 0.7;
   int least_trusted = 100;
-  double pixel_sigma = 0.5;
+  double outlier_sigma_px = 0.5;
   double max_gap = 1.0;
   double prediction_limit_px = 1.0;
   double prediction_scatter = 4.0;
@@ -31,6 +32,8 @@ struct PanoramicTrackerConfig {
   CornerConfig corner;
   RelativeTranslationConfig outliers;
   void Declare(ConfigDeclaration& d);
+  // What ranges of single fields do not say: windows have a middle pixel. Errors: kConfiguration.
+  Expected<void> Validate() const;
 };
 
 // Pose of the pano frame at the current images in that of an earlier frame, as the IMU predicts it.
@@ -137,6 +140,7 @@ class PanoramicTracker {
   FeatureBudget budget_;
   TrackStore tracks_;
   TrackRefiner refiner_;
+  std::set<TrackId> refined_;     // those of TrackingSummary, in the present set
   std::vector<CellTurns> turns_;  // per camera
   std::vector<Stream> streams_;   // per camera
 };

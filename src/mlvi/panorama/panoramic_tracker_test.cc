@@ -196,6 +196,9 @@ TEST_F(InARoom, AFrozenCameraIsVotedDown) {
   EXPECT_GT(followed[1], 25);
   EXPECT_GT(followed[2], 25);
   EXPECT_GT(summary.outliers + summary.lost + summary.round_trip, 25);
+  // Those voted down had been aligned, too, and count neither as followed nor as refined.
+  EXPECT_GT(summary.outliers, 10);
+  EXPECT_LE(summary.refined, summary.followed);
 }
 
 TEST_F(InARoom, AMissingImageIsBridgedAndALongGapEndsTracks) {
@@ -395,6 +398,22 @@ TEST_F(InARoom, CrossingsOfNearAndFarAreFoundOut) {
   RecordProperty("judged", std::to_string(judged));
   EXPECT_GT(all, 0.15);
   EXPECT_LT(judged, 0.5 * all);
+}
+
+TEST(PanoramicTrackerConfig, WindowsMustHaveAMiddlePixel) {
+  EXPECT_TRUE(PanoramicTrackerConfig().Validate());
+  PanoramicTrackerConfig pyramid, corner, patch;
+  pyramid.pyramid.window_px = 20;
+  corner.corner.window_px = 4;
+  patch.refinement.patch.size_px = 12;
+  for (const auto& [config, message] :
+       {std::pair(pyramid, "vio.tracker.pyramid.window_px = 20: must be odd"),
+        std::pair(corner, "vio.tracker.corner.window_px = 4: must be odd"),
+        std::pair(patch, "patch.size_px = 12: must be odd, a window has a middle pixel: use 11")}) {
+    const Expected<void> valid = config.Validate();
+    ASSERT_FALSE(valid);
+    EXPECT_NE(valid.error().message.find(message), std::string::npos) << valid.error().message;
+  }
 }
 
 TEST_F(InARoom, GivesTheSameBitsAtAnyNumberOfThreads) {
