@@ -54,11 +54,11 @@ def number(value, form):
 
 def row(sequence, paper, fast_lio, run):
     if run is None:
-        return f"| {sequence} | | failed | | | | | | | {paper} | {fast_lio} |"
+        return f"| {sequence} | | failed | | | | | | | | {paper} | {fast_lio} |"
     share = 100.0 / max(1, run["sweeps"])
     cells = [sequence, f"{0.1 * run['sweeps']:.0f} s", number(run["odometry_ate_m"], "{:.4f}"),
              number(run["trajectory_ate_m"], "{:.4f}"), number(run["attitude_rmse_deg"], "{:.2f}"),
-             number(run["drift_percent"], "{:.2f}"), f"{share * run['used']:.0f} %",
+             number(run["drift_percent"], "{:.2f}"), number(run["mean_nees"], "{:.0f}"), f"{share * run['used']:.0f} %",
              f"{share * run['degenerate']:.1f} %", str(run["resets"]), paper, fast_lio]
     return "| " + " | ".join(cells) + " |"
 
@@ -74,8 +74,8 @@ def main():
     unknown = [name for name in arguments.sequences if name not in known]
     if unknown:
         parser.error(f"unknown: {', '.join(unknown)}")
-    print("| sequence | length | ATE | smoothed | attitude | drift, % | used | degenerate | resets | paper | FAST-LIO2 |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    print("| sequence | length | ATE | smoothed | attitude | drift, % | NEES | used | degenerate | resets | paper | FAST-LIO2 |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
     for sequence, rig, paper, fast_lio in [known[name] for name in arguments.sequences] or SEQUENCES:
         run = measure(arguments.bench, sequence, rig, arguments.seconds, arguments.set)
         print(row(sequence, paper, fast_lio, run), flush=True)
