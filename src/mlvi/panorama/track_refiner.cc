@@ -96,7 +96,8 @@ Refinement TrackRefiner::RefineOne(const PanoramaModel& model, const RefinementR
       match && match->converged && match->correlation >= config_.patch.min_correlation;
   auto refined = found ? model.Lift(request.observation.camera, match->pixel) : std::nullopt;
   if (refined && config_.usual_sigma > 0.0) {
-    refined->sigma_scale = std::clamp(match->sigma() / config_.usual_sigma, kLeastScale, kMostScale);
+    refined->sigma_scale =
+        std::clamp(match->sigma() / config_.usual_sigma, kLeastScale, kMostScale);
   }
   const bool worn = !refined || match->correlation < config_.renew_correlation ||
                     StretchOf(match->warp) > config_.max_stretch;
