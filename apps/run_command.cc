@@ -222,7 +222,13 @@ Expected<int> Run(const RunOptions& options) {
   Estimate(**source, *config, slam, pictures ? &*pictures : nullptr, facts);
   // For the next run, sensors that did not take part stay in the rig file.
   const auto calibrated = [&](const Rig& of) {
-    return slam.visual() ? CalibratedRig(of, rig.CameraNames(), slam.visual()->calibration()) : of;
+    Rig result =
+        slam.visual() ? CalibratedRig(of, rig.CameraNames(), slam.visual()->calibration()) : of;
+    if (result.lidar && slam.KnowsTimeOffset()) {
+      Duration& offset = result.lidar->time_offset;
+      offset = offset + Duration::FromSeconds(slam.lidar_time_offset().seconds);
+    }
+    return result;
   };
   const auto written =
       outputs.Write(slam, calibrated(*whole),

@@ -85,7 +85,11 @@ ordered_json Odometry(const mlvi::Slam& slam) {
       {"waiting_for", report.initialized ? "" : report.waiting_for},
       {"health", LevelName(report.health.level)},
       {"reason", report.health.reason},
+      {"lidar_time_offset", nullptr},
       {"final_bias", nullptr}};
+  if (const mlvi::TimeOffset& offset = slam.lidar_time_offset(); offset.sigma > 0.0) {
+    odometry["lidar_time_offset"] = {{"deviation_s", offset.seconds}, {"sigma_s", offset.sigma}};
+  }
   if (slam.newest()) {
     const mlvi::NavState& state = slam.newest()->state;
     odometry["final_bias"] = {{"accelerometer_m_s2", Vector(state.bias.accelerometer)},

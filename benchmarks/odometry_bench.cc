@@ -48,6 +48,7 @@ struct Outcome {
   std::int64_t sweeps = 0, used = 0, degenerate = 0, resets = 0;
   Eigen::Vector3d weak_axis = Eigen::Vector3d::Zero();
   std::size_t keyframes = 0;
+  TimeOffset lidar_time_offset;
   double rss_begin_mb = 0.0, rss_end_mb = 0.0;
 };
 
@@ -188,6 +189,7 @@ Outcome RunOnce(const Options& options, const Rig& rig, const SlamConfig& config
   outcome.weak_axis = slam.supervisor().odometry().mean_weak_translation_axis;
   outcome.resets = static_cast<std::int64_t>(slam.supervisor().odometry().resets.size());
   outcome.keyframes = slam.graph().keyframes().size();
+  outcome.lidar_time_offset = slam.lidar_time_offset();
   Evaluate(recording, slam, outcome);
   return outcome;
 }
@@ -219,6 +221,8 @@ nlohmann::ordered_json ToJson(const Options& options, const Outcome& o) {
           {"weak_axis", {o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z()}},
           {"resets", o.resets},
           {"keyframes", o.keyframes},
+          {"lidar_time_offset_s", o.lidar_time_offset.seconds},
+          {"lidar_time_offset_sigma_s", o.lidar_time_offset.sigma},
           {"rss_begin_mb", o.rss_begin_mb},
           {"rss_end_mb", o.rss_end_mb}};
 }
@@ -232,12 +236,14 @@ void Print(const Options& options, const Outcome& o) {
   fmt::print(
       "{:16} {:14} seed {:2}  ATE {:.4f} m (smoothed {:.4f})  attitude {:.3f} deg (max {:.3f})  "
       "NEES {:6.2f} (graph {:.2f})  used "
-      "{}/{}  degenerate {} ({:.2f} {:.2f} {:.2f})  sweep p50 {:.1f} p99 {:.1f} ms  {} keyframes  "
+      "{}/{}  degenerate {} ({:.2f} {:.2f} {:.2f})  LiDAR's clock {:.2f} +- {:.2f} ms  sweep p50 "
+      "{:.1f} p99 {:.1f} ms  {} keyframes  "
       "RSS {:.0f} -> {:.0f} MB\n",
       options.sequence, options.rig, o.seed, o.odometry_ate, o.trajectory_ate, o.attitude_rmse_deg,
       o.attitude_max_deg, Mean(o.nees), Mean(o.graph_nees), o.used, o.sweeps, o.degenerate,
-      o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z(), o.sweep_p50_ms, o.sweep_p99_ms,
-      o.keyframes, o.rss_begin_mb, o.rss_end_mb);
+      o.weak_axis.x(), o.weak_axis.y(), o.weak_axis.z(), o.lidar_time_offset.seconds * 1e3,
+      o.lidar_time_offset.sigma * 1e3, o.sweep_p50_ms, o.sweep_p99_ms, o.keyframes, o.rss_begin_mb,
+      o.rss_end_mb);
   std::fflush(stdout);
 }
 

@@ -326,6 +326,29 @@ TEST_F(RunCommand, AMountThatIsATenthOfATurnOffIsMeasured) {
   EXPECT_THAT(Reason(), HasSubstr("rotations by the LiDAR are turned by"));
 }
 
+TEST_F(RunCommand, ALidarWhoseClockIsLateIsMeasured) {
+  const auto delay = [](Measurement& measurement, double) {
+    if (auto* sweep = std::get_if<LidarSweep>(&measurement))
+      sweep->stamp = sweep->stamp + Duration::FromMilliseconds(10);
+    return true;
+  };
+  Write(StandardSequence("courtyard-hard", TestRig(), kSeconds, 5), delay, bag_);
+  ASSERT_EQ(Run().exit_code, 0);
+  const nlohmann::json offset = Summary()["odometry"]["lidar_time_offset"];
+  const double sigma = offset["sigma_s"].get<double>();
+  EXPECT_LT(sigma, 0.001);
+  EXPECT_NEAR(offset["deviation_s"].get<double>(), -0.010, 3.0 * sigma);
+  EXPECT_THAT(Summary()["events"].dump(), HasSubstr("late by the IMU's clock"));
+  const auto calibrated = LoadRig(Output() + "/calibrated_rig.yaml");
+  ASSERT_TRUE(calibrated.has_value());
+  EXPECT_NEAR(calibrated->lidar->time_offset.seconds(), -0.010, 3.0 * sigma);
+  // And is nothing left to find in a second pass?
+  UseRig(*calibrated);
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_NEAR(Summary()["odometry"]["lidar_time_offset"]["deviation_s"].get<double>(), 0.0,
+              3.0 * sigma);
+}
+
 TEST_F(RunCommand, ALeverArmInMillimetresIsWarnedOf) {
   Simulate({}, 2.5);
   Rig rig = TestRig();

@@ -16,6 +16,8 @@ constexpr double kAnchorSigmaM = 0.01;
 constexpr double kAnchorSigmaRad = 0.002;
 // Growth of the tilt's uncertainty: the map bends a little as it grows (rad / sqrt(s)).
 constexpr double kTiltWalk = 1e-4;
+// The same of the time offset (s / sqrt(s)): free clocks part by some 1e-5, 0.1 ms in ten seconds.
+constexpr double kTimeOffsetWalk = 3e-5;
 
 Eigen::Quaterniond TiltRotation(const Eigen::Vector2d& tilt) {
   return ExpSo3(Eigen::Vector3d(tilt.x(), tilt.y(), 0.0));
@@ -36,6 +38,18 @@ void AddToPose(const Matrix6d& pose, Covariance& covariance) {
   covariance.template block<3, 3>(kRotation, kRotation) += pose.bottomRightCorner<3, 3>();
 }
 
+// The rate at which the state changes while the IMU measures `sample`, in the chart of the error.
+Vector15d Rate(const NavState& state, const ImuSample& sample,
+               const Eigen::Vector3d& gravity_world) {
+  Vector15d rate = Vector15d::Zero();
+  rate.segment<3>(kPosition) = state.v_world_body;
+  rate.segment<3>(kVelocity) =
+      state.T_world_body.rotation() * (sample.linear_acceleration - state.bias.accelerometer) +
+      gravity_world;
+  rate.segment<3>(kRotation) = sample.angular_velocity - state.bias.gyroscope;
+  return rate;
+}
+
 // Rotates the world axes of position and velocity.
 Matrix15d WorldRotation(const Eigen::Quaterniond& R) {
   Matrix15d result = Matrix15d::Identity();
@@ -47,23 +61,33 @@ Matrix15d WorldRotation(const Eigen::Quaterniond& R) {
 }  // namespace
 
 FilterState BoxPlus(const FilterState& state, const FilterVector& delta) {
-  return {BoxPlus(state.nav, Vector15d(delta.head<15>())), state.tilt + delta.tail<2>()};
+  return {.nav = BoxPlus(state.nav, Vector15d(delta.head<15>())),
+          .tilt = state.tilt + delta.segment<2>(kTilt),
+          .time_offset = state.time_offset + delta(kTimeOffset)};
 }
 
 FilterVector BoxMinus(const FilterState& a, const FilterState& b) {
   FilterVector delta;
-  delta << BoxMinus(a.nav, b.nav), a.tilt - b.tilt;
+  delta << BoxMinus(a.nav, b.nav), a.tilt - b.tilt, a.time_offset - b.time_offset;
   return delta;
 }
 
-StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance) {
+TimeOffset TimeOffsetOf(const StateEstimate& estimate) {
+  return {.seconds = estimate.mean.time_offset,
+          .sigma = std::sqrt(estimate.covariance(kTimeOffset, kTimeOffset))};
+}
+
+StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance,
+                          const TimeOffset& time_offset) {
   const Eigen::Matrix3d R = state.T_world_body.R();
   Eigen::Matrix<double, kFilterSize, 15> J = Eigen::Matrix<double, kFilterSize, 15>::Zero();
   J.block<3, 3>(kVelocity, kVelocity).setIdentity();
   J.block<3, 3>(kVelocity, kRotation) = Hat(state.v_world_body) * R;
   J.block<6, 6>(9, 9).setIdentity();
   J.block<2, 3>(kTilt, kRotation) = -R.topRows<2>();
-  StateEstimate result{.mean = {.nav = state}, .covariance = J * covariance * J.transpose()};
+  StateEstimate result{.mean = {.nav = state, .time_offset = time_offset.seconds},
+                       .covariance = J * covariance * J.transpose()};
+  result.covariance(kTimeOffset, kTimeOffset) = time_offset.sigma * time_offset.sigma;
   result.covariance.diagonal().segment<3>(kPosition).array() += kAnchorSigmaM * kAnchorSigmaM;
   result.covariance.diagonal().segment<3>(kRotation).array() += kAnchorSigmaRad * kAnchorSigmaRad;
   return result;
@@ -78,7 +102,7 @@ Matrix15d ReportedCovariance(const StateEstimate& estimate, const Matrix6d& drif
   J.block<3, 2>(kVelocity, kTilt) = Hat(estimate.mean.nav.v_world_body).leftCols<2>();
   J.block<3, 2>(kRotation, kTilt) = -T.R().transpose().leftCols<2>();
   FilterMatrix covariance = estimate.covariance;
-  covariance.bottomRightCorner<2, 2>() += estimate.mean.tilt * estimate.mean.tilt.transpose();
+  covariance.block<2, 2>(kTilt, kTilt) += estimate.mean.tilt * estimate.mean.tilt.transpose();
   Matrix15d result = J * covariance * J.transpose();
   AddPoseCovariance(drift, result);
   return result;
@@ -127,13 +151,21 @@ Prediction Predict(const StateEstimate& start, std::span<const ImuSample> sample
   result.transition.topLeftCorner<15, 15>() = F;
   result.transition.block<3, 2>(kVelocity, kTilt) = dt * dg_dtilt;
   result.transition.block<3, 2>(kPosition, kTilt) = 0.5 * dt * dt * dg_dtilt;
+  result.transition.col(kTimeOffset).head<15>() =
+      Rate(result.trajectory.back(), samples.back(), gravity_world) -
+      F * Rate(start.mean.nav, samples.front(), gravity_world);
 
   const Matrix15d noise =
       to_world * level.covariance * to_world.transpose() - F * P * F.transpose();
-  result.end.mean = {result.trajectory.back(), start.mean.tilt};
+  result.end.mean = {.nav = result.trajectory.back(),
+                     .tilt = start.mean.tilt,
+                     .time_offset = start.mean.time_offset};
   result.end.covariance = result.transition * start.covariance * result.transition.transpose();
   result.end.covariance.topLeftCorner<15, 15>() += noise;
-  result.end.covariance.diagonal().tail<2>().array() += kTiltWalk * kTiltWalk * dt;
+  result.end.covariance.diagonal().segment<2>(kTilt).array() += kTiltWalk * kTiltWalk * dt;
+  // What is held stays held.
+  if (start.covariance(kTimeOffset, kTimeOffset) > 0.0)
+    result.end.covariance(kTimeOffset, kTimeOffset) += kTimeOffsetWalk * kTimeOffsetWalk * dt;
   result.end.covariance =
       (0.5 * (result.end.covariance + result.end.covariance.transpose())).eval();
   return result;

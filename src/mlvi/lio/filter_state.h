@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "mlvi/lio/time_offset.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
 #include "mlvi/state/estimates.h"
@@ -18,16 +19,19 @@
 namespace mlvi {
 
 // Error-state order: the 15 of NavState, then the tilt of gravity (rotation about the world's x and
-// y, rad).
-inline constexpr int kFilterSize = 17;
+// y, rad), then the time offset of the LiDAR (s).
+inline constexpr int kFilterSize = 18;
 inline constexpr int kTilt = 15;
+inline constexpr int kTimeOffset = 17;
 using FilterVector = Eigen::Matrix<double, kFilterSize, 1>;
 using FilterMatrix = Eigen::Matrix<double, kFilterSize, kFilterSize>;
 
+// Valid when the LiDAR's clock shows `nav.stamp`.
 struct FilterState {
   NavState nav;
   Eigen::Vector2d tilt =
       Eigen::Vector2d::Zero();  // gravity_world = Exp(tilt_x, tilt_y, 0) (0, 0, -g)
+  double time_offset = 0.0;     // TimeOffset::seconds
 };
 
 FilterState BoxPlus(const FilterState& state, const FilterVector& delta);
@@ -38,11 +42,14 @@ struct StateEstimate {
   FilterMatrix covariance = FilterMatrix::Zero();
 };
 
+TimeOffset TimeOffsetOf(const StateEstimate& estimate);
+
 // The estimate that follows from first states in the gravity-aligned world with covariance
 // `covariance`: the world of the map is defined by the estimated pose, so what is unknown about
 // roll and pitch becomes the tilt of gravity, and velocity errors turn along. What a registration
 // leaves unknown about the pose is added.
-StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance);
+StateEstimate AnchorToMap(const NavState& state, const Matrix15d& covariance,
+                          const TimeOffset& time_offset);
 
 // The same in the other direction, for a reader who takes the world's z for the direction of
 // gravity: the tilt, both what is known of it and what is not, counts as an error of the attitude
@@ -72,7 +79,11 @@ struct Prediction {
   FilterMatrix transition;           // d(error at the end) / d(error at the start)
 };
 
-// Integrates the IMU from `start`, valid at samples.front().stamp.
+// Integrates the IMU from `start`, valid at samples.front().stamp. The samples' stamps are those
+// that the LiDAR's clock showed, by start.mean.time_offset: what is unknown of it moves both ends of
+// the way,
+//   d(end)/d(offset) = x'(end) - F x'(start),  x' = (v, R (f - b_a) + g, w - b_g, 0, 0),
+// so that changes of rate and acceleration, and nothing else, show it.
 Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples,
                    const ImuSpec& imu, double gravity);
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mlvi/imu/preintegration.h"
 #include "mlvi/lio/motion_guess.h"
 #include "mlvi/lio/testing.h"
 
@@ -16,12 +17,18 @@ constexpr double kGravity = 9.81;
 class FilterStateTest : public ::testing::Test {
  protected:
   FilterStateTest()
-      : samples_(test::ImuRun(motion_, rig_, 0.5, 0.7, kBegin, RandomStream(1), false)) {
+      : samples_(test::ImuRun(motion_, rig_, 0.4, 0.8, kBegin, RandomStream(1), false)) {
     start_.mean.nav = motion_.StateAt(0.5, kBegin);
     start_.covariance = FilterMatrix::Identity() * 1e-4;
   }
+  // Over 0.2 s of the LiDAR's clock.
   Prediction From(const FilterState& state) const {
-    return Predict({state, start_.covariance}, samples_, rig_.imu, kGravity);
+    const Duration offset = Duration::FromSeconds(state.time_offset);
+    const Time begin = kBegin + Duration::FromMilliseconds(500) + offset;
+    std::vector<ImuSample> samples =
+        SamplesBetween(samples_, begin, begin + Duration::FromMilliseconds(200));
+    for (ImuSample& sample : samples) sample.stamp = sample.stamp - offset;
+    return Predict({state, start_.covariance}, samples, rig_.imu, kGravity);
   }
 
   test::SwingMotion motion_{.speed = 2.0};
@@ -41,7 +48,7 @@ TEST_F(FilterStateTest, TransitionIsTheDerivativeOfThePrediction) {
   start_.mean.tilt = {0.02, -0.03};
   const Prediction prediction = From(start_.mean);
   constexpr double kStep = 1e-5;
-  for (int i = 0; i < kFilterSize; ++i) {
+  for (int i = 0; i < kTimeOffset; ++i) {
     const FilterVector step = FilterVector::Unit(i) * kStep;
     const FilterState plus = From(BoxPlus(start_.mean, step)).end.mean;
     const FilterState minus = From(BoxPlus(start_.mean, -step)).end.mean;
@@ -53,6 +60,22 @@ TEST_F(FilterStateTest, TransitionIsTheDerivativeOfThePrediction) {
     EXPECT_LT((numeric - prediction.transition.col(i)).cwiseAbs().maxCoeff(), tolerance)
         << "column " << i;
   }
+}
+
+TEST_F(FilterStateTest, AShiftedClockMovesBothEndsOfTheWay) {
+  start_.mean.nav.bias.accelerometer = {0.1, -0.05, 0.2};
+  const Prediction prediction = From(start_.mean);
+  constexpr double kStep = 1e-3;
+  FilterState plus = start_.mean, minus = start_.mean;
+  plus.time_offset = kStep;
+  minus.time_offset = -kStep;
+  const FilterVector numeric = (BoxMinus(From(plus).end.mean, prediction.end.mean) -
+                                BoxMinus(From(minus).end.mean, prediction.end.mean)) /
+                               (2.0 * kStep);
+  // Samples of the end that rate and force are taken from differ by a period's change.
+  EXPECT_LT((numeric - prediction.transition.col(kTimeOffset)).norm(), 0.02);
+  EXPECT_GT(numeric.segment<3>(nav_index::kRotation).norm(), 0.5);
+  EXPECT_EQ(prediction.transition(kTimeOffset, kTimeOffset), 1.0);
 }
 
 TEST_F(FilterStateTest, ATiltedWorldPredictsTheSameMotionTilted) {
@@ -72,8 +95,11 @@ TEST_F(FilterStateTest, ATiltedWorldPredictsTheSameMotionTilted) {
 TEST_F(FilterStateTest, AnchoringMovesRollAndPitchIntoTheTilt) {
   Matrix15d covariance = Matrix15d::Zero();
   covariance.block<3, 3>(6, 6) = Eigen::Matrix3d::Identity() * 4e-4;
-  const StateEstimate anchored = AnchorToMap(start_.mean.nav, covariance);
+  const StateEstimate anchored =
+      AnchorToMap(start_.mean.nav, covariance, {.seconds = 0.001, .sigma = 0.002});
   EXPECT_NEAR(anchored.covariance(kTilt, kTilt), 4e-4, 1e-12);
+  EXPECT_EQ(TimeOffsetOf(anchored).seconds, 0.001);
+  EXPECT_NEAR(TimeOffsetOf(anchored).sigma, 0.002, 1e-15);
   EXPECT_LT((anchored.covariance.block<3, 3>(6, 6).trace()), 2e-5);
   // And back: the reported attitude is as uncertain about roll and pitch as it was.
   const Matrix15d reported = ReportedCovariance(anchored, Matrix6d::Zero());
@@ -129,7 +155,7 @@ TEST_F(FilterStateTest, TheReportCountsTheTiltAsATurnOfTheWorld) {
   }
   const Eigen::Matrix2d tilt = (Eigen::Matrix2d() << 4e-4, 1e-4, 1e-4, 2e-4).finished();
   start_.covariance.setZero();
-  start_.covariance.bottomRightCorner<2, 2>() = tilt;
+  start_.covariance.block<2, 2>(kTilt, kTilt) = tilt;
   const Matrix15d expected = J * tilt * J.transpose();
   const Matrix15d reported = ReportedCovariance(start_, Matrix6d::Zero());
   EXPECT_LT((reported - expected).norm(), 1e-4 * expected.norm());

@@ -51,6 +51,12 @@ void Note(const RegistrationResult& registration, LioResult& result) {
   result.converged = registration.converged;
 }
 
+std::vector<ImuSample> Restamped(std::span<const ImuSample> samples, Duration later) {
+  std::vector<ImuSample> result(samples.begin(), samples.end());
+  for (ImuSample& sample : result) sample.stamp = sample.stamp + later;
+  return result;
+}
+
 LioResult Figures(const RegistrationResult& registration, LioResult::Status status) {
   LioResult result;
   result.status = status;
@@ -65,11 +71,13 @@ struct Lio::Impl {
       : config(c), rig(r), times(t), map(config.map, config.marks) {
     MLVI_CHECK(rig.lidar.has_value(), "rig \"{}\" has no LiDAR", rig.name);
     start.emplace(config, rig);
+    estimate.covariance(kTimeOffset, kTimeOffset) = c.time_offset_sigma * c.time_offset_sigma;
   }
 
   std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
   void Remember(std::span<const ImuSample> samples);
   void Forget(Time before);
+  std::vector<ImuSample> ImuOnLidarClock() const;
   LioResult Begin(const LidarSweep& sweep);
   void TakeStart(const StartResult& first, LioResult& result);
   SweepFeatures TakeState(std::size_t i, const StartResult& first, LioResult& result);
@@ -196,10 +204,15 @@ void Lio::Impl::Forget(Time before) {
   if (first != imu.begin()) imu.erase(imu.begin(), first - 1);
 }
 
+// What is known of the time offset outlives a loss of track.
+std::vector<ImuSample> Lio::Impl::ImuOnLidarClock() const {
+  return Restamped(imu, -Duration::FromSeconds(estimate.mean.time_offset));
+}
+
 LioResult Lio::Impl::Begin(const LidarSweep& sweep) {
   const StageTimes::Scope timer(times, "lio/start");
   LioResult result;
-  const std::optional<StartResult> first = start->Add(sweep, imu);
+  const std::optional<StartResult> first = start->Add(sweep, ImuOnLidarClock());
   result.reason = start->why();
   if (!first) return result;
   result.status = LioResult::Status::kTracking;
@@ -229,9 +242,11 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
     AddPoseCovariance(PlacementError(*placement, T_world_last), unknown);
     result.gap = PoseChartCovariance(T_world_last.R(), unknown);
   }
-  const StateEstimate anchored = AnchorToMap(first.states.back(), first.covariance);
+  const StateEstimate anchored =
+      AnchorToMap(first.states.back(), first.covariance, TimeOffsetOf(estimate));
   features.deskew = DeskewErrorOf(anchored, first.sweeps.back().span, rig.imu.noise);
   Accept(InTheirMap(features, anchored, result));
+  result.time_offset = TimeOffsetOf(estimate);
   OdometryEstimate& last = result.estimates.back();
   last.map = MapTie{.covariance = PoseInMap(), .age = map_age};
   Insert(features, estimate.mean.nav.T_world_body);
@@ -248,7 +263,7 @@ void Lio::Impl::TakeStart(const StartResult& first, LioResult& result) {
 SweepFeatures Lio::Impl::TakeState(std::size_t i, const StartResult& first, LioResult& result) {
   const LidarSweep& kept = first.sweeps[i];
   const NavState& state = first.states[i];
-  const auto samples = SamplesBetween(imu, kept.stamp, kept.end());
+  const auto samples = SamplesBetween(ImuOnLidarClock(), kept.stamp, kept.end());
   const auto trajectory =
       samples.empty() ? std::vector<NavState>{state} : GyroTrajectory(state, samples);
   SweepFeatures features =
@@ -288,8 +303,9 @@ double Lio::Impl::SilentTimeUntil(Time end) const {
 }
 
 Prediction Lio::Impl::PredictTo(const LidarSweep& sweep) const {
-  Prediction prediction = Predict(
-      estimate, SamplesBetween(imu, estimate.mean.nav.stamp, sweep.end()), rig.imu, rig.gravity);
+  const std::vector<ImuSample> samples =
+      SamplesBetween(ImuOnLidarClock(), estimate.mean.nav.stamp, sweep.end());
+  Prediction prediction = Predict(estimate, samples, rig.imu, rig.gravity);
   // A bad fit after a silence says nothing about the pose: the next sweep searches widely as well.
   const double unwatched = (sweep.end() - estimate.mean.nav.stamp).seconds();
   if (fits_badly) AddGapUncertainty(prediction.end, unwatched, config.gap);
@@ -323,7 +339,8 @@ RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features,
 
 void Lio::Impl::Accept(const StateEstimate& accepted) {
   estimate = accepted;
-  Forget(estimate.mean.nav.stamp);
+  const TimeOffset offset = TimeOffsetOf(estimate);
+  Forget(estimate.mean.nav.stamp + Duration::FromSeconds(offset.seconds - 3.0 * offset.sigma));
 }
 
 // Returns the share of the sweep that was new to the map.
@@ -341,6 +358,7 @@ LioResult Lio::Impl::Track(const SweepFeatures& features, const RegistrationResu
   lone_axis = registration.lone_axis;
   if (registration.converged) last_registered = estimate.mean.nav.stamp;
   LioResult result = Figures(registration, LioResult::Status::kTracking);
+  result.time_offset = TimeOffsetOf(estimate);
   result.reason = features.note;
   const double age = map_age;
   JudgeFit(registration, silent);

@@ -13,6 +13,7 @@
 
 #include "mlvi/base/stage_times.h"
 #include "mlvi/lio/lio_config.h"
+#include "mlvi/lio/time_offset.h"
 #include "mlvi/sensors/measurements.h"
 #include "mlvi/sensors/rig.h"
 #include "mlvi/state/estimates.h"
@@ -47,6 +48,7 @@ struct LioResult {
   double rms_residual = 0.0;  // m
   bool converged = false;
   double new_share = 0.0;  // of the sweep's points, those that were new to the local map
+  TimeOffset time_offset;  // estimates are stamped by the LiDAR's clock
   // A reset: track was lost, for `reason`, and a new start begins with this sweep.
   bool lost = false;
   // With the estimates of a start after a reset: covariance of the motion from the last estimate
@@ -62,7 +64,7 @@ class Lio {
   ~Lio();
 
   // `imu` covers the time from the end of the previous sweep (or from the start of this one) to
-  // sweep.end(). `guess` is the motion by another sensor since the previous estimate, if one is
+  // sweep.end(), and further by the time offset that is known so far, where it is positive. `guess` is the motion by another sensor since the previous estimate, if one is
   // healthy.
   LioResult Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
                     const std::optional<MotionPrior>& guess = std::nullopt);

@@ -129,6 +129,9 @@ void LioConfig::Declare(ConfigDeclaration& d) {
   d.Field("min_points", min_points, "", "Sweeps with fewer points are rejected", {10, 100000});
   d.Field("lost_after", lost_after, "s",
           "Without a registration for this long track is lost and a new start begins", {0.1, 60.0});
+  d.Field("time_offset_sigma", time_offset_sigma, "s",
+          "One sigma of the LiDAR's time offset to the IMU in the rig file; 0 holds it",
+          {0.0, 0.1});
   d.Section("map", map);
   d.Section("registration", registration);
   d.Section("degeneracy", degeneracy);

@@ -86,6 +86,7 @@ struct LioConfig {
   int min_queries = 1500;
   int min_points = 100;
   double lost_after = 3.0;
+  double time_offset_sigma = 0.003;
   LocalMapConfig map;
   RegistrationConfig registration;
   DegeneracyConfig degeneracy;

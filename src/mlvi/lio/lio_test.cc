@@ -26,6 +26,7 @@ struct Scenario {
   test::SwingMotion motion;
   LioConfig config;
   double seconds = 4.0;
+  double lidar_early = 0.0;  // s, by which the LiDAR's clock is behind the IMU's
   Window without_sweeps, without_imu;
 };
 
@@ -44,14 +45,16 @@ Outcome Play(const Scenario& scenario) {
   for (int k = 0; (k + 1) * kPeriod <= scenario.seconds; ++k) {
     const double t = k * kPeriod;
     if (scenario.without_sweeps.Contains(t)) continue;
-    const LidarSweep sweep =
-        test::Scan(world, scenario.motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k));
+    LidarSweep sweep = test::Scan(world, scenario.motion, *rig.lidar, t + scenario.lidar_early,
+                                  kBegin, RandomStream(5).Fork(k));
+    sweep.stamp = sweep.stamp - Duration::FromSeconds(scenario.lidar_early);
+    const double reached = t + kPeriod + std::max(scenario.lidar_early, 0.0);
     std::vector<ImuSample> imu =
-        test::ImuRun(scenario.motion, rig, seen, t + kPeriod, kBegin, RandomStream(6));
+        test::ImuRun(scenario.motion, rig, seen, reached, kBegin, RandomStream(6));
     std::erase_if(imu, [&](const ImuSample& sample) {
       return scenario.without_imu.Contains((sample.stamp - kBegin).seconds());
     });
-    seen = t + kPeriod;
+    seen = reached;
     outcome.results.push_back(lio.Process(sweep, imu));
     const auto& estimates = outcome.results.back().estimates;
     outcome.estimates.insert(outcome.estimates.end(), estimates.begin(), estimates.end());
@@ -84,6 +87,42 @@ TEST(Lio, FollowsAMotionFromItsMovingStartInBothVariants) {
     EXPECT_NEAR(outcome.estimates.back().state.v_world_body.norm(), truth.v_world_body.norm(),
                 0.05);
   }
+}
+
+// The estimates are those of the LiDAR's instants, whatever its clock shows.
+TEST(Lio, FindsTheTimeOffsetOfTheLidar) {
+  for (const double offset : {-0.004, 0.0, 0.01}) {
+    const Scenario scenario{.motion = {.speed = 1.5},
+                            .config = {},
+                            .seconds = 8.0,
+                            .lidar_early = offset,
+                            .without_sweeps = {},
+                            .without_imu = {}};
+    const Outcome outcome = Play(scenario);
+    const TimeOffset found = outcome.results.back().time_offset;
+    EXPECT_LT(found.sigma, 0.0003);
+    EXPECT_LT(std::abs(found.seconds - offset), 3.0 * found.sigma) << found.seconds;
+  }
+}
+
+TEST(Lio, HoldsTheTimeOffsetOfTheLidarWhenTold) {
+  Scenario scenario{.motion = {.speed = 1.5},
+                    .config = {},
+                    .lidar_early = 0.004,
+                    .without_sweeps = {},
+                    .without_imu = {}};
+  scenario.config.time_offset_sigma = 0.0;
+  const LioResult last = Play(scenario).results.back();
+  EXPECT_EQ(last.time_offset.seconds, 0.0);
+  EXPECT_EQ(last.time_offset.sigma, 0.0);
+}
+
+TEST(Lio, KnowsNothingOfTheTimeOffsetAtRest) {
+  const LioResult last =
+      Play({.motion = {.speed = 0.0}, .config = {}, .without_sweeps = {}, .without_imu = {}})
+          .results.back();
+  EXPECT_LT(std::abs(last.time_offset.seconds), 0.3 * LioConfig().time_offset_sigma);
+  EXPECT_GT(last.time_offset.sigma, 0.9 * LioConfig().time_offset_sigma);
 }
 
 TEST(Lio, TheSweepsOfAMovingStartAreDeskewedWithTheirOwnMotion) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mlvi/state/frame_change.h"
 
@@ -14,6 +15,8 @@ namespace {
 // More than the longest start (start.max_span) and the longest factor (graph.keyframe_interval)
 // need.
 constexpr Duration kImuMemory = Duration::FromMilliseconds(120'000);
+// By which the LiDAR's time offset may be found to be less than it was, from keyframe to keyframe.
+constexpr Duration kMostOffsetChange = Duration::FromMilliseconds(20);
 
 }  // namespace
 
@@ -56,6 +59,7 @@ void Slam::Process(const Measurement& measurement) {
 
 void Slam::Finish(const DropCounts& dropped) {
   for (const Measurement& ordered : sequencer_.Flush()) ProcessOrdered(ordered);
+  for (; !sweeps_.empty(); sweeps_.pop_front()) ProcessSweep(sweeps_.front());
   if (visual_) {
     for (const ImageSet& set : visual_->Flush()) ProcessImages(set);
     visual_->AddDropped(sequencer_.dropped());
@@ -63,6 +67,7 @@ void Slam::Finish(const DropCounts& dropped) {
     visual_->Conclude();
   }
   SettleGraph();
+  TellTimeOffset();
   supervisor_.AddDropped(sequencer_.dropped());
   supervisor_.AddDropped(dropped);
   supervisor_.Conclude();
@@ -72,7 +77,9 @@ void Slam::ProcessOrdered(const Measurement& measurement) {
   if (const auto* sample = std::get_if<ImuSample>(&measurement)) {
     ProcessImu(*sample);
   } else if (const auto* sweep = std::get_if<LidarSweep>(&measurement)) {
-    if (lio_) ProcessSweep(*sweep);
+    if (!lio_) return;
+    sweeps_.push_back(*sweep);
+    ReleaseSweeps();
   } else if (visual_) {
     for (const ImageSet& set : visual_->Collect(std::get<Image>(measurement))) ProcessImages(set);
   }
@@ -81,6 +88,8 @@ void Slam::ProcessOrdered(const Measurement& measurement) {
 void Slam::ProcessImu(const ImuSample& sample) {
   supervisor_.Observe(sample);
   imu_.Add(sample);
+  newest_imu_ = sample.stamp;
+  ReleaseSweeps();
   if (!imu_needed_from_.valid()) imu_needed_from_ = images_needed_from_ = sample.stamp;
   if (visual_) {
     for (const ImageSet& set : visual_->Advance(sample.stamp)) ProcessImages(set);
@@ -90,11 +99,20 @@ void Slam::ProcessImu(const ImuSample& sample) {
   current_ = Predict(*current_, Preintegrate(step, current_->bias, rig_.imu), rig_.gravity);
 }
 
+// A LiDAR whose clock is behind the IMU's ends its sweeps later than they say.
+void Slam::ReleaseSweeps() {
+  while (!sweeps_.empty() && sweeps_.front().end() + odometry_offset_ <= newest_imu_) {
+    ProcessSweep(sweeps_.front());
+    sweeps_.pop_front();
+  }
+}
+
 void Slam::ProcessSweep(const LidarSweep& sweep) {
   const StageTimes::Scope scope(*times_, "sweep");
-  const std::vector<ImuSample> imu = imu_.Between(imu_needed_from_, sweep.end());
+  const Time end = std::max(sweep.end(), sweep.end() + odometry_offset_);
+  const std::vector<ImuSample> imu = imu_.Between(imu_needed_from_, end);
   const LioResult result = lio_->Process(sweep, imu);
-  imu_needed_from_ = std::max(imu_needed_from_, sweep.end());
+  imu_needed_from_ = std::max(imu_needed_from_, end);
   supervisor_.Observe(sweep, result, imu);
   if (result.lost) {
     current_.reset();
@@ -102,9 +120,21 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   }
   if (result.gap) gap_ = result.gap;
   if (result.estimates.empty()) return;
+  lidar_time_offset_ = result.time_offset;
+  odometry_offset_ = Duration::FromSeconds(lidar_time_offset_.seconds);
   TakeEstimates(
       {.estimates = result.estimates, .clouds = result.clouds, .relative = result.relative});
-  if (visual_) visual_->TakeLidar(result.estimates.back(), *result.clouds.back());
+  if (!visual_) return;
+  OdometryEstimate newest = result.estimates.back();
+  newest.state.stamp = newest.state.stamp + odometry_offset_;
+  visual_->TakeLidar(newest, *result.clouds.back());
+}
+
+// What the IMU measured while the clock of the estimates went from `from` to `to`, by that clock.
+std::vector<ImuSample> Slam::ImuBetweenEstimates(Time from, Time to) const {
+  std::vector<ImuSample> samples = imu_.Between(from + odometry_offset_, to + odometry_offset_);
+  for (ImuSample& sample : samples) sample.stamp = sample.stamp - odometry_offset_;
+  return samples;
 }
 
 // With a LiDAR the visual estimate stands beside the LiDAR's, which starts it and gives it depth;
@@ -143,9 +173,10 @@ void Slam::Anchor(const OdometryEstimate& estimate, std::size_t first_keyframe) 
 }
 
 void Slam::PropagateFromNewest() {
-  const Time reached =
-      current_ ? std::max(current_->stamp, newest_->state.stamp) : newest_->state.stamp;
+  const Time now = newest_->state.stamp + odometry_offset_;
+  const Time reached = current_ ? std::max(current_->stamp, now) : now;
   current_ = newest_->state;
+  current_->stamp = now;
   if (const auto ahead = imu_.Between(current_->stamp, reached); ahead.size() > 1) {
     current_ = Predict(*current_, Preintegrate(ahead, current_->bias, rig_.imu), rig_.gravity);
   }
@@ -164,7 +195,8 @@ void Slam::AddKeyframes(const EstimateBatch& batch) {
   }
   gap_.reset();
   visual_motion_.Restart(newest.stamp);
-  imu_.TrimBefore(visual_ ? std::min(newest.stamp, images_needed_from_) : newest.stamp);
+  const Time needed = newest.stamp + odometry_offset_ - kMostOffsetChange;
+  imu_.TrimBefore(visual_ ? std::min(needed, images_needed_from_) : needed);
   if (TakesFeedback()) {
     T_world_odometry_ = update->newest.T_world_body * newest.T_world_body.inverse();
   }
@@ -175,7 +207,8 @@ Expected<GraphUpdate> Slam::AddToGraph(const EstimateBatch& batch) {
   if (gap_) return graph_.BeginAfterGap(batch, *gap_);
   const OdometryEstimate& last = batch.estimates.back();
   const Time from = graph_.keyframes().back().state.stamp, to = last.state.stamp;
-  return graph_.Add(last, batch.clouds.back(), imu_.Between(from, to), visual_motion_.To(to));
+  return graph_.Add(last, batch.clouds.back(), ImuBetweenEstimates(from, to),
+                    visual_motion_.To(to));
 }
 
 // After the last keyframe no addition follows that would take up what is left to be linearised.
@@ -188,6 +221,28 @@ void Slam::SettleGraph() {
                  .severity = Severity::kWarning,
                  .source = "graph",
                  .message = "not settled: " + update.error().message});
+}
+
+// What mounts and noise that differ from the rig's make of a dull motion passes for an offset, too: it
+// has to be known far better than it was.
+bool Slam::KnowsTimeOffset() const {
+  constexpr double kGain = 6.0;
+  return lidar_time_offset_.sigma > 0.0 &&
+         lidar_time_offset_.sigma * kGain < config_.lio.time_offset_sigma;
+}
+
+void Slam::TellTimeOffset() {
+  constexpr double kUnusual = 0.005;  // s
+  const double offset = lidar_time_offset_.seconds;
+  if (!KnowsTimeOffset() || std::abs(offset) < kUnusual) return;
+  events_.Raise({.stamp = newest_->state.stamp,
+                 .severity = Severity::kWarning,
+                 .source = "lidar",
+                 .message = fmt::format(
+                     "its stamps are {:.1f} +- {:.1f} ms {} by the IMU's clock; estimated on the "
+                     "way, and in calibrated_rig.yaml for a second pass, whose start knows it",
+                     1e3 * std::abs(offset), 1e3 * lidar_time_offset_.sigma,
+                     offset > 0.0 ? "early" : "late")});
 }
 
 bool Slam::TakesFeedback() const {

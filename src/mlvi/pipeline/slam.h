@@ -5,6 +5,7 @@
 // ordering, health and the estimators each are a class of their own.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -79,6 +80,10 @@ class Slam {
 
   const KeyframeGraph& graph() const { return graph_; }
   const Supervisor& supervisor() const { return supervisor_; }
+  // What is known of the LiDAR's clock; the estimates' stamps are its own.
+  const TimeOffset& lidar_time_offset() const { return lidar_time_offset_; }
+  // Whether the motion has shown it.
+  bool KnowsTimeOffset() const;
   // Null without cameras.
   const VisualOdometry* visual() const { return visual_ ? &*visual_ : nullptr; }
   // Every stream by name, those of the cameras included.
@@ -95,6 +100,7 @@ class Slam {
 
   void ProcessOrdered(const Measurement& measurement);
   void ProcessImu(const ImuSample& sample);
+  void ReleaseSweeps();
   void ProcessSweep(const LidarSweep& sweep);
   void ProcessImages(const ImageSet& set);
   // All estimates that one measurement gave.
@@ -104,7 +110,9 @@ class Slam {
   bool TakesFeedback() const;
   Expected<GraphUpdate> AddToGraph(const EstimateBatch& batch);
   void SettleGraph();
+  void TellTimeOffset();
   void PropagateFromNewest();
+  std::vector<ImuSample> ImuBetweenEstimates(Time from, Time to) const;
 
   SlamConfig config_;
   Rig rig_;
@@ -116,9 +124,13 @@ class Slam {
   std::optional<VisualOdometry> visual_;
   KeyframeGraph graph_;
   ImuBuffer imu_;
-  Time imu_needed_from_;       // start of the next interval to be handed to the LiDAR odometry
-  Time images_needed_from_;    // the same of the visual odometry
-  MotionChain visual_motion_;  // of the odometry from images alone, since the newest keyframe
+  Time newest_imu_;
+  std::deque<LidarSweep> sweeps_;  // those that the IMU has not reached the end of
+  Time imu_needed_from_;           // start of the next interval to be handed to the LiDAR odometry
+  Time images_needed_from_;        // the same of the visual odometry
+  MotionChain visual_motion_;      // of the odometry from images alone, since the newest keyframe
+  TimeOffset lidar_time_offset_;
+  Duration odometry_offset_;  // from the clock that stamps the estimates to the IMU's
   Pose3 T_world_odometry_;
   std::optional<Matrix6d> gap_;  // LioResult::gap, until a keyframe stands behind it
   Trajectory odometry_;
