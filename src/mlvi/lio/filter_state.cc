@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mlvi/lio/filter_state.h"
 
+#include <cmath>
+
 #include "mlvi/imu/propagation.h"
 
 namespace mlvi {

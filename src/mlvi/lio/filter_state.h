@@ -80,8 +80,8 @@ struct Prediction {
 };
 
 // Integrates the IMU from `start`, valid at samples.front().stamp. The samples' stamps are those
-// that the LiDAR's clock showed, by start.mean.time_offset: what is unknown of it moves both ends of
-// the way,
+// that the LiDAR's clock showed, by start.mean.time_offset: what is unknown of it moves both ends
+// of the way,
 //   d(end)/d(offset) = x'(end) - F x'(start),  x' = (v, R (f - b_a) + g, w - b_g, 0, 0),
 // so that changes of rate and acceleration, and nothing else, show it.
 Prediction Predict(const StateEstimate& start, std::span<const ImuSample> samples,

@@ -63,7 +63,8 @@ TEST_F(FilterStateTest, TransitionIsTheDerivativeOfThePrediction) {
 }
 
 TEST_F(FilterStateTest, AShiftedClockMovesBothEndsOfTheWay) {
-  start_.mean.nav.bias.accelerometer = {0.1, -0.05, 0.2};
+  start_.mean.nav.bias = {.accelerometer = {0.1, -0.05, 0.2}, .gyroscope = {0.2, -0.1, 0.3}};
+  start_.mean.tilt = {0.2, -0.3};
   const Prediction prediction = From(start_.mean);
   constexpr double kStep = 1e-3;
   FilterState plus = start_.mean, minus = start_.mean;

@@ -37,6 +37,8 @@ bool FitsWorse(const RegistrationResult& registration, double usual_share) {
   return Share(registration) < kBad * usual_share;
 }
 
+// The LiDAR's time offset stays within so many sigmas of the rig's.
+constexpr double kMostOffsetSigmas = 10.0;
 // Keeps MapTie::age finite: even the first sweep counts as not quite all of the map.
 constexpr double kMostReplaced = 0.99;
 
@@ -77,6 +79,9 @@ struct Lio::Impl {
   std::optional<LioResult> Rejection(const LidarSweep& sweep) const;
   void Remember(std::span<const ImuSample> samples);
   void Forget(Time before);
+  Time OnImuClock(Time lidar) const {
+    return lidar + Duration::FromSeconds(estimate.mean.time_offset);
+  }
   std::vector<ImuSample> ImuOnLidarClock() const;
   LioResult Begin(const LidarSweep& sweep);
   void TakeStart(const StartResult& first, LioResult& result);
@@ -175,8 +180,8 @@ std::optional<LioResult> Lio::Impl::Rejection(const LidarSweep& sweep) const {
     result.rejection = "out of order";
     result.reason = fmt::format("the sweep ends at {}, not after the last estimate at {}",
                                 ToString(sweep.end()), ToString(last));
-  } else if (imu.empty() ||
-             imu.back().stamp + Duration::FromSeconds(config.gap.max_silence) < sweep.end()) {
+  } else if (imu.empty() || imu.back().stamp + Duration::FromSeconds(config.gap.max_silence) <
+                                OnImuClock(sweep.end())) {
     result.rejection = "IMU missing";
     result.reason = fmt::format(
         "the newest IMU sample ({}) is too old for the sweep {} .. {}: check the IMU topic and its "
@@ -299,7 +304,7 @@ StateEstimate Lio::Impl::InTheirMap(const SweepFeatures& last, const StateEstima
 }
 
 double Lio::Impl::SilentTimeUntil(Time end) const {
-  return SilentTime(imu, estimate.mean.nav.stamp, end, rig.imu.rate_hz);
+  return SilentTime(ImuOnLidarClock(), estimate.mean.nav.stamp, end, rig.imu.rate_hz);
 }
 
 Prediction Lio::Impl::PredictTo(const LidarSweep& sweep) const {
@@ -339,8 +344,10 @@ RegistrationResult Lio::Impl::TimedRegister(const SweepFeatures& features,
 
 void Lio::Impl::Accept(const StateEstimate& accepted) {
   estimate = accepted;
-  const TimeOffset offset = TimeOffsetOf(estimate);
-  Forget(estimate.mean.nav.stamp + Duration::FromSeconds(offset.seconds - 3.0 * offset.sigma));
+  // What drives it further is no clock.
+  const double most = kMostOffsetSigmas * config.time_offset_sigma;
+  estimate.mean.time_offset = std::clamp(estimate.mean.time_offset, -most, most);
+  Forget(OnImuClock(estimate.mean.nav.stamp));
 }
 
 // Returns the share of the sweep that was new to the map.
@@ -451,7 +458,10 @@ LioResult Lio::Impl::GiveUp(const LidarSweep& sweep, const StateEstimate& prior,
   fits_badly = false;
   recovering = 0;
   usual_share = 0.0;
-  Forget(sweep.stamp);
+  // The driver may have begun anew, too.
+  estimate.covariance(kTimeOffset, kTimeOffset) =
+      config.time_offset_sigma * config.time_offset_sigma;
+  Forget(OnImuClock(sweep.stamp));
   LioResult result = Begin(sweep);
   result.lost = true;
   const Vector6d sigma = placement->covariance.diagonal().cwiseSqrt();

@@ -64,8 +64,8 @@ class Lio {
   ~Lio();
 
   // `imu` covers the time from the end of the previous sweep (or from the start of this one) to
-  // sweep.end(), and further by the time offset that is known so far, where it is positive. `guess` is the motion by another sensor since the previous estimate, if one is
-  // healthy.
+  // sweep.end(), and further by the time offset that is known so far, where it is positive.
+  // `guess` is the motion by another sensor since the previous estimate, if one is healthy.
   LioResult Process(const LidarSweep& sweep, std::span<const ImuSample> imu,
                     const std::optional<MotionPrior>& guess = std::nullopt);
 

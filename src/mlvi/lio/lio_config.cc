@@ -130,8 +130,9 @@ void LioConfig::Declare(ConfigDeclaration& d) {
   d.Field("lost_after", lost_after, "s",
           "Without a registration for this long track is lost and a new start begins", {0.1, 60.0});
   d.Field("time_offset_sigma", time_offset_sigma, "s",
-          "One sigma of the LiDAR's time offset to the IMU in the rig file; 0 holds it",
-          {0.0, 0.1});
+          "One sigma of the LiDAR's time offset to the IMU in the rig file, which it stays within "
+          "ten times of; 0 holds it",
+          {0.0, 0.01});
   d.Section("map", map);
   d.Section("registration", registration);
   d.Section("degeneracy", degeneracy);

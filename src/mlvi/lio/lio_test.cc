@@ -105,6 +105,24 @@ TEST(Lio, FindsTheTimeOffsetOfTheLidar) {
   }
 }
 
+// More than is a pause between two samples.
+TEST(Lio, ExtendsItsMapWhateverTheOffset) {
+  for (const double offset : {-0.028, 0.028}) {
+    Scenario scenario{.motion = {.speed = 1.5},
+                      .config = {},
+                      .seconds = 6.0,
+                      .lidar_early = offset,
+                      .without_sweeps = {},
+                      .without_imu = {}};
+    const Outcome outcome = Play(scenario);
+    ASSERT_EQ(outcome.estimates.size(), 60U);
+    EXPECT_NEAR(outcome.results.back().time_offset.seconds, offset, 0.003);
+    int extended = 0;
+    for (const LioResult& result : outcome.results) extended += result.new_share > 0.0 ? 1 : 0;
+    EXPECT_GT(extended, 40);
+  }
+}
+
 TEST(Lio, HoldsTheTimeOffsetOfTheLidarWhenTold) {
   Scenario scenario{.motion = {.speed = 1.5},
                     .config = {},

@@ -16,7 +16,7 @@ namespace {
 // need.
 constexpr Duration kImuMemory = Duration::FromMilliseconds(120'000);
 // By which the LiDAR's time offset may be found to be less than it was, from keyframe to keyframe.
-constexpr Duration kMostOffsetChange = Duration::FromMilliseconds(20);
+constexpr Duration kMostOffsetChange = Duration::FromMilliseconds(100);
 
 }  // namespace
 
@@ -90,7 +90,8 @@ void Slam::ProcessImu(const ImuSample& sample) {
   imu_.Add(sample);
   newest_imu_ = sample.stamp;
   ReleaseSweeps();
-  if (!imu_needed_from_.valid()) imu_needed_from_ = images_needed_from_ = sample.stamp;
+  if (!imu_needed_from_.valid())
+    imu_needed_from_ = last_sweep_end_ = images_needed_from_ = sample.stamp;
   if (visual_) {
     for (const ImageSet& set : visual_->Advance(sample.stamp)) ProcessImages(set);
   }
@@ -113,7 +114,8 @@ void Slam::ProcessSweep(const LidarSweep& sweep) {
   const std::vector<ImuSample> imu = imu_.Between(imu_needed_from_, end);
   const LioResult result = lio_->Process(sweep, imu);
   imu_needed_from_ = std::max(imu_needed_from_, end);
-  supervisor_.Observe(sweep, result, imu);
+  supervisor_.Observe(sweep, result, ImuBetweenEstimates(last_sweep_end_, sweep.end()));
+  last_sweep_end_ = std::max(last_sweep_end_, sweep.end());
   if (result.lost) {
     current_.reset();
     if (visual_) visual_->LoseLidar();

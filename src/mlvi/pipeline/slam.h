@@ -127,6 +127,7 @@ class Slam {
   Time newest_imu_;
   std::deque<LidarSweep> sweeps_;  // those that the IMU has not reached the end of
   Time imu_needed_from_;           // start of the next interval to be handed to the LiDAR odometry
+  Time last_sweep_end_;            // by the LiDAR's clock
   Time images_needed_from_;        // the same of the visual odometry
   MotionChain visual_motion_;      // of the odometry from images alone, since the newest keyframe
   TimeOffset lidar_time_offset_;

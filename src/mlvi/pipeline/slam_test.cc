@@ -17,13 +17,16 @@ constexpr Time kBegin = Time::FromNanoseconds(1'700'000'000'000'000'000);
 constexpr double kPeriod = 0.1;
 
 // Plays the furnished room from `from` to `to` (s), seen from a swinging body, to `slam`: sweeps
-// before the samples that cover them.
-void Play(double from, double to, const test::SwingMotion& motion, Slam& slam) {
+// before the samples that cover them, and stamped `early` (s) by the IMU's clock.
+void Play(double from, double to, const test::SwingMotion& motion, Slam& slam, double early = 0.0) {
   const Rig rig = test::MakeTestRig();
   const test::BoxWorld world = test::FurnishedRoom();
   for (int k = static_cast<int>(std::lround(from / kPeriod)); (k + 1) * kPeriod <= to; ++k) {
     const double t = k * kPeriod;
-    slam.Process(test::Scan(world, motion, *rig.lidar, t, kBegin, RandomStream(5).Fork(k)));
+    LidarSweep sweep =
+        test::Scan(world, motion, *rig.lidar, t + early, kBegin, RandomStream(5).Fork(k));
+    sweep.stamp = sweep.stamp - Duration::FromSeconds(early);
+    slam.Process(sweep);
     for (const ImuSample& sample :
          test::ImuRun(motion, rig, t, t + kPeriod, kBegin, RandomStream(6))) {
       slam.Process(sample);
@@ -104,6 +107,36 @@ TEST_F(FeedbackTest, TheNewestStateIsInTheGraphsWorld) {
   EXPECT_LT(BoxMinus(with_.newest()->state.T_world_body, smoothed).norm(), 1e-9);
   EXPECT_GT(BoxMinus(with_.T_world_odometry(), Pose3()).norm(), 1e-5);
   EXPECT_EQ(BoxMinus(without_.T_world_odometry(), Pose3()).norm(), 0.0);
+}
+
+double Distance(const Pose3& a, const Pose3& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+// Poses are those of the LiDAR's instants under its own stamps, the current state is the IMU's.
+TEST(Slam, FindsTheTimeOffsetOfTheLidar) {
+  const test::SwingMotion motion{.speed = 1.5};
+  for (const double early : {-0.01, 0.01}) {
+    Slam slam(SlamConfig(), test::MakeTestRig());
+    Play(0.0, 8.0, motion, slam, early);
+    const StampedPose first = slam.odometry().front();
+    const Pose3 T_world_truth =
+        first.pose * motion.At((first.stamp - kBegin).seconds() + early).inverse();
+    const auto truth = [&](Time imu) {
+      return T_world_truth * motion.At((imu - kBegin).seconds());
+    };
+    EXPECT_LT(Distance(slam.current()->T_world_body, truth(slam.current()->stamp)), 0.006);
+    slam.Finish();
+    EXPECT_NEAR(slam.lidar_time_offset().seconds, early, 0.0005);
+    // The last sweep of an early LiDAR ends behind the last sample: it is used all the same.
+    ASSERT_EQ(slam.odometry().size(), 80U);
+    const Duration offset = Duration::FromSeconds(early);
+    for (const Trajectory& trajectory : {slam.odometry(), slam.SmoothedTrajectory()}) {
+      const StampedPose& last = trajectory.back();
+      EXPECT_LT(Distance(last.pose, truth(last.stamp + offset)), 0.006);
+    }
+    EXPECT_GT(slam.graph().keyframes().size(), 10U);
+  }
 }
 
 TEST(Slam, ALossLeavesNoStateUntilTheNewStartAndAGapInTheGraph) {
