@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "mlvi/base/parallel.h"
@@ -44,6 +45,7 @@ double MostCells(const PanoramaModel& model) {
     if (!model.camera(camera).Project(Eigen::Vector3d::UnitZ(), &d_axis)) continue;
     finest = std::max(finest, std::abs(d_axis.leftCols<2>().determinant()));
   }
+  if (finest == 0.0) return std::numeric_limits<double>::infinity();  // no lens sees its own axis
   return 4.0 * std::numbers::pi * finest / (RegionMap::kBlock * RegionMap::kBlock);
 }
 

@@ -107,7 +107,7 @@ TEST(Faults, CorruptedMessagesAreWrittenButNotDelivered) {
   EXPECT_EQ(written.sweeps.size(), 10U);
   EXPECT_EQ(written.corrupted, 3 + 15);  // 150 samples per second
   EXPECT_EQ(delivered.sweeps.size(), 7U);
-  EXPECT_EQ(measurements.Counts().at("/points").dropped.at("message cut off"), 3);
+  EXPECT_EQ(measurements.Counts().at("/points").dropped.at("unreadable message"), 3);
   const auto is_nan = [](const ImuSample& sample) {
     return sample.linear_acceleration.hasNaN() && sample.angular_velocity.hasNaN();
   };

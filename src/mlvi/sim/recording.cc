@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStandardGravity = 9.80665;  // m/s^2, of drivers that report multiples of g
 // Why messages are dropped, as readers say it.
-constexpr char kCutOff[] = "message cut off", kNotFinite[] = "NaN or infinite";
+constexpr char kCutOff[] = "unreadable message", kNotFinite[] = "NaN or infinite";
 constexpr Duration kSweepPeriod = Duration::FromMilliseconds(100);
 
 // What covers the noise of an IMU and its vibration, which is as much as white noise of its rms at

@@ -164,7 +164,7 @@ TEST(Recording, CorruptedImagesAreWrittenButNotDelivered) {
   EXPECT_THAT(images, ::testing::ElementsAre(5, 5));
   EXPECT_THAT(corrupted, ::testing::ElementsAre(0, 2));
   EXPECT_EQ(ImagesOf(measurements).size(), 8U);
-  EXPECT_EQ(measurements.Counts().at("/cam1").dropped.at("message cut off"), 2);
+  EXPECT_EQ(measurements.Counts().at("/cam1").dropped.at("unreadable message"), 2);
   EXPECT_TRUE(measurements.Counts().at("/cam0").dropped.empty());
 }
 

@@ -25,7 +25,8 @@ struct Relief {
 
 // Heights as a function of the place in space: a bump stands where it stands, seen from anywhere and
 // at any time, and does not average out. Value noise of normal lattice values joined by smoothsteps,
-// on axes aslant to those of buildings: it repeats nowhere within 1200 bumps along a wall.
+// on axes aslant to those of buildings: along the axes of the world it repeats nowhere within 1200
+// bumps.
 class SurfaceRelief {
  public:
   SurfaceRelief();
